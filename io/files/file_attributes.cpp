@@ -122,7 +122,8 @@ void UnchangedFiles::require() const {
 
 void UnchangedFiles::require_opened() const {
   for (const auto& [path, was] : files_)
-    if (was.is_file()) Descriptor(files().open(path, {.read = true, .waits = false})).reset();
+    if (was.is_file() && Descriptor(files().open(path, {.read = true, .waits = false})) < 0)
+      throw world_error("cannot open", path, errno);
   require();
 }
 

@@ -9,7 +9,8 @@ namespace {
 
 /// Other parts of the program open few files.
 std::size_t most_open() {
-  static const std::size_t most = most_open_files() / 2;
+  constexpr std::size_t others = 64;
+  static const std::size_t limit = most_open_files(), most = (limit - std::min(limit, others)) / 2;
   return most;
 }
 

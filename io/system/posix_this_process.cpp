@@ -75,9 +75,9 @@ std::size_t columns_of_terminal() {
 }
 
 std::size_t most_open_files() {
-  constexpr rlim_t most = 8192, least = 64;
+  constexpr rlim_t most = 8192;
   rlimit limit;
-  return getrlimit(RLIMIT_NOFILE, &limit) == 0 ? std::clamp(limit.rlim_cur, least, most) : least;
+  return getrlimit(RLIMIT_NOFILE, &limit) == 0 ? std::min(limit.rlim_cur, most) : 0;
 }
 
 bool fill_with_random(std::span<unsigned char> bytes) {

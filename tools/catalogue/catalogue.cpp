@@ -21,6 +21,11 @@ Catalogue::Catalogue(const std::string& folder, int threads) : folder_(folder), 
   if (!status) throw world_error("cannot open", folder_, ENOENT);
   if (!status->is_folder()) throw UsageError(folder_ + ": is not a directory; give that of the outputs");
   const std::string path = path_of(index_name);
+  // Whoever gives another directory must not hear that all is well.
+  if (!status_of_name(path) && line_files_in(folder_).empty() && !has_outputs(folder_))
+    throw UsageError(folder_ +
+                     ": is no archive: it has neither records of convert nor .tag files; give the directory "
+                     "of the outputs");
   if (const auto name = status_of_name(path); name && name->is_link()) {
     remarks_ = {path + ": is a link; a temporary index takes its place"};
     open("");

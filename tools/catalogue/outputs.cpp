@@ -168,6 +168,13 @@ void compare_sizes(const Database& index, const std::string& folder) {
 
 }  // namespace
 
+bool has_outputs(const std::string& folder) {
+  std::vector<std::string> remarks;
+  FoundFiles found{{}, {}, remarks};
+  add_outputs(folder, "", found);
+  return !found.files.empty() || !found.unseen.empty();
+}
+
 void note_outputs(const Database& index, const std::string& folder, int threads,
                   std::vector<std::string>& remarks) {
   FoundFiles found{{}, {}, remarks};

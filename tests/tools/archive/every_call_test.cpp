@@ -9,6 +9,8 @@
 #include <fstream>
 #include <iostream>
 #include <optional>
+#include <set>
+#include <span>
 
 #include "tests/support/memory_files.h"
 #include "tools/commands/commands.h"
@@ -23,8 +25,9 @@ using Words = std::vector<std::string>;
 Failure run(const Words& words) {
   CLI::App app("", "tagrid");
   std::vector<std::pair<CLI::App*, Action>> commands;
-  for (auto* add : {add_encode_command, add_convert_command, add_repair_command, add_protect_command,
-                    add_archive_repair_command, add_archive_forget_command, add_archive_move_command}) {
+  for (auto* add :
+       {add_encode_command, add_convert_command, add_repair_command, add_protect_command, add_verify_command,
+        add_archive_repair_command, add_archive_forget_command, add_archive_move_command}) {
     Action action = add(app);
     CLI::App* last = app.get_subcommands({}).back();
     if (!last->get_subcommands({}).empty()) last = last->get_subcommands({}).back();
@@ -282,6 +285,73 @@ std::vector<Case> cases() {
 
 INSTANTIATE_TEST_SUITE_P(, EveryCallInMemory, testing::ValuesIn(cases()),
                          [](const auto& one) { return one.param.name; });
+
+/// Files of which one is changed right before one of the looks at them.
+class ChangedMeanwhile : public MemoryFiles {
+ public:
+  std::size_t at = 0;  ///< the number of the look, from 1; 0: none
+  std::size_t looks = 0;
+  std::string path;
+
+  int open(const std::string& name, const Opening& how) override {
+    look(name);
+    const int file = MemoryFiles::open(name, how);
+    if (name.starts_with("/memory/in")) inputs_.insert(file);
+    return file;
+  }
+  std::ptrdiff_t read_at(int file, std::uint64_t position, std::span<std::byte> to) override {
+    if (inputs_.contains(file)) look("");
+    return MemoryFiles::read_at(file, position, to);
+  }
+  bool status(const std::string& name, bool follows_link, FileStatus& status) override {
+    look(name);
+    return MemoryFiles::status(name, follows_link, status);
+  }
+
+ private:
+  void look(const std::string& name) {
+    if (!name.empty() && !name.starts_with("/memory/in")) return;
+    if (++looks != at) return;
+    const int file = MemoryFiles::open(path, {.write = true});
+    EXPECT_TRUE(MemoryFiles::write_at(file, 7, std::as_bytes(std::span("?", 1))));
+    EXPECT_TRUE(MemoryFiles::close(file));
+  }
+  std::set<int> inputs_;
+};
+
+/// A volume is described once, and its files are opened once. Nevertheless, an output that is there has what its files
+/// have in the end, whenever one of them was changed.
+TEST(ConvertInMemory, AnInputThatChangesMeanwhileBecomesNoOutput) {
+  testing::internal::CaptureStderr();
+  std::size_t looks = 1, refused = 0;
+  for (std::size_t at = 0; at <= looks; ++at) {
+    ChangedMeanwhile files;
+    for (int z = 0; z < 3; ++z) {
+      std::string slice(20, ' ');
+      for (int i = 0; i < 20; ++i) slice[static_cast<std::size_t>(i)] = static_cast<char>(i * z + 40);
+      files.add(fmt::format("/memory/in/scan/{}.raw", z), slice);
+    }
+    files.add("/memory/in/list", "scan\tdims=5,4,3\ttype=uint8\tmax-error=0\n");
+    files.add_folder("/memory/out");
+    files.path = "/memory/in/scan/2.raw";  // looked at last
+    files.at = at;
+    const FilesInstead instead(files);
+    const Failure failure =
+        run({"convert", "--manifest", "/memory/in/list", "--output-dir", "/memory/out", "-q", "-T1"});
+    if (at == 0) looks = files.looks;
+    files.at = 0;
+    ASSERT_EQ(files.has("/memory/out/scan.tag"), failure.code == 0) << at;
+    if (failure.code != 0) {
+      ++refused;
+      continue;
+    }
+    const Failure differs = run({"verify", "/memory/out/scan.tag", "--against", "/memory/in/scan", "--dims",
+                                 "5,4,3", "--type", "uint8", "-q"});
+    ASSERT_EQ(differs.code, 0) << "changed before look " << at << " of " << looks << ": " << differs.message;
+  }
+  testing::internal::GetCapturedStderr();
+  EXPECT_GT(refused, looks / 2);
+}
 
 }  // namespace
 }  // namespace tagrid

@@ -97,6 +97,14 @@ class Archive(ProgramTest):
 
     # Lists.
 
+    def test_another_directory_is_no_archive_in_which_all_is_well(self):
+        (self.folder / "notes").mkdir()
+        (self.folder / "notes" / "a.txt").write_text("no archive")
+        for command in ("list", "check", "repair"):
+            said = self.tagrid("archive", command, "notes", code=64).stderr.decode()
+            self.assertIn("notes: is no archive", said)
+        self.assertEqual(os.listdir(self.folder / "notes"), ["a.txt"])
+
     def test_a_list_is_what_files_and_records_say(self):
         records = {record["output"]: record for record in self.lines("results")}
         entries = self.listed()
