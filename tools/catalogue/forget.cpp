@@ -115,15 +115,22 @@ class NameSearch {
   bool is_needed() const { return longest_ > 0; }
   std::size_t longest() const { return longest_; }
 
-  bool finds_in(std::string_view bytes) const {
+  /// `is_all`: nothing follows these bytes. Otherwise, a name at their end may go on.
+  bool finds_in(std::string_view bytes, bool is_all = true) const {
     for (std::size_t i = 0; i + least_letters <= bytes.size(); ++i)
       if (const auto found = by_beginning_.find(beginning_of(bytes.data() + i)); found != by_beginning_.end())
         for (const std::string& name : found->second)
-          if (bytes.substr(i).starts_with(name)) return true;
+          if (bytes.substr(i).starts_with(name) && is_whole(bytes, i, i + name.size(), is_all)) return true;
     return false;
   }
 
  private:
+  /// CT 15 is not in CT 155, and P-4711 not in P-47112.
+  static bool is_whole(std::string_view bytes, std::size_t begin, std::size_t end, bool is_all) {
+    if (end == bytes.size() && !is_all) return false;
+    const auto is_one_number = [&](std::size_t i) { return is_digit(bytes[i - 1]) && is_digit(bytes[i]); };
+    return (begin == 0 || !is_one_number(begin)) && (end == bytes.size() || !is_one_number(end));
+  }
   static std::uint32_t beginning_of(const char* text) {
     return load_little_endian<std::uint32_t>(reinterpret_cast<const std::byte*>(text));
   }
@@ -141,9 +148,10 @@ bool file_has_any(const std::string& path, const NameSearch& names) {
     bytes.resize(before + step);
     const std::size_t count = file.read(reinterpret_cast<std::byte*>(bytes.data()) + before, step);
     bytes.resize(before + count);
-    if (names.finds_in(bytes)) return true;
+    if (names.finds_in(bytes, count == 0)) return true;
     if (count == 0) return false;
-    bytes.erase(0, bytes.size() - std::min(bytes.size(), names.longest()));
+    // With the byte before, which shows whether a number begins there.
+    bytes.erase(0, bytes.size() - std::min(bytes.size(), names.longest() + 1));
   }
 }
 

@@ -4,11 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <ctime>
 #include <filesystem>
-#include <optional>
 #include <set>
-#include <utility>
 
 #include "io/errors/errors.h"
 #include "io/files/slice_files.h"
@@ -198,65 +195,6 @@ ImageFiles image_files_at(const std::string& path) {
   if (files.unreadable.empty()) throw BrokenInput(path + ": has no DICOM image");
   const UnreadableImage& first = files.unreadable.front();
   throw BrokenInput(fmt::format("{}: DICOM file: {}", first.path, first.why));
-}
-
-namespace {
-
-/// What shows that a file is the same as before.
-struct FileSeen {
-  std::string path;
-  std::optional<FileStatus> status;
-};
-
-/// The files at a path when their headers were read.
-struct KnownImageFiles {
-  std::string path;
-  std::vector<std::string> in_folder;
-  std::vector<FileSeen> seen;
-  std::shared_ptr<ImageFiles> files;
-};
-
-bool is_as_before(const FileSeen& file) {
-  const auto now = status_of(file.path);
-  return now && file.status && now->is_same_file(*file.status) && now->size == file.status->size &&
-         now->modified == file.status->modified && now->changed == file.status->changed;
-}
-
-std::vector<std::string> names_at(const std::string& path) {
-  std::error_code unknown;
-  return fs::is_directory(path, unknown) ? visible_files(path) : std::vector<std::string>{path};
-}
-
-/// True if no file was changed so shortly before `begin` that a later change may have the same time.
-bool are_settled(const std::vector<FileSeen>& files, std::time_t begin) {
-  constexpr std::int64_t doubt = 3;  // s: times of files have steps, and clocks of file servers may be slow
-  return std::ranges::all_of(files, [&](const FileSeen& file) {
-    return file.status && file.status->changed.seconds + doubt < begin;
-  });
-}
-
-}  // namespace
-
-std::shared_ptr<ImageFiles> known_image_files_at(const std::string& path) {
-  static KnownImageFiles known;
-  if (known.files && known.path == path && known.in_folder == names_at(path) &&
-      std::ranges::all_of(known.seen, is_as_before))
-    return known.files;
-  known = {};
-  const std::time_t begin = std::time(nullptr);
-  std::vector<std::string> in_folder = names_at(path);
-  const auto files = std::make_shared<ImageFiles>(image_files_at(path));
-  const std::vector<DicomFile>& images = files->images;
-  if (std::ranges::all_of(images,
-                          [&](const DicomFile& image) { return image.series == images.front().series; }))
-    return files;
-  std::vector<FileSeen> seen;
-  for (const std::string& file : in_folder) seen.push_back({file, status_of(file)});
-  // A DICOMDIR names files elsewhere.
-  for (const DicomFile& image : images) seen.push_back({image.path, status_of(image.path)});
-  for (const UnreadableImage& image : files->unreadable) seen.push_back({image.path, status_of(image.path)});
-  if (are_settled(seen, begin)) known = {path, std::move(in_folder), std::move(seen), files};
-  return files;
 }
 
 std::vector<UnreadableImage> unreadable_in(const DicomSeries& series, const ImageFiles& files) {

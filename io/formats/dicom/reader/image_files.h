@@ -1,7 +1,6 @@
 // The files of a directory, or those that a DICOMDIR names, before they are sorted into series.
 #pragma once
 
-#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,10 +28,6 @@ struct ImageFiles {
 /// images: the same extension, or the same texts between numbers. If there is no image, the first
 /// unreadable file is the error. Throws BrokenInput and WorldError.
 ImageFiles image_files_at(const std::string& path);
-
-/// The same. Images of several series are kept, and their headers are not read again if the next path is the same, and
-/// all files are as they were. If nobody keeps them, only the caller has them.
-std::shared_ptr<ImageFiles> known_image_files_at(const std::string& path);
 
 /// True if the names of two files are alike as those of images of a series are: the same extension, or the same texts
 /// between numbers.

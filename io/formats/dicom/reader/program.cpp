@@ -18,6 +18,7 @@
 #include "io/formats/dicom/reader/decoder.h"
 #include "io/formats/dicom/reader/dicom_file.h"
 #include "io/formats/dicom/reader/image_files.h"
+#include "io/formats/dicom/reader/known_images.h"
 #include "io/formats/dicom/reader/pixel_element.h"
 #include "io/formats/dicom/reader/series.h"
 #include "io/formats/dicom/reader/series_names.h"
@@ -267,12 +268,17 @@ DicomSeries series_wanted(const std::string& path, const std::string& wanted, co
 /// chooses one by its UID or its number. Values with a slope of 1 are given as they are meant (Hounsfield
 /// units), if 16 bits hold them; others as they are stored.
 std::unique_ptr<ServedVolume> open_dicom(const std::string& path, const ReaderOptions& options) {
-  const auto files = known_image_files_at(path);
-  std::vector<DicomSeries> all = series_of(files->images);
-  DicomSeries series = series_wanted(path, option(options, "series"), *files, all);
-  std::vector<std::string> warnings = warnings_about(path, *files, series, options.contains("gaps-ok"));
-  auto volume = std::make_unique<DicomVolume>(files->images, files.use_count() > 1, series, path);
-  volume->has_others = all.size() > 1;
+  const std::string wanted = option(options, "series");
+  auto known = images_at(path);
+  DicomSeries series = series_wanted(path, wanted, known->files, known->series);
+  if (!known->are_as_before(series)) {
+    forget_images();
+    known = images_at(path);
+    series = series_wanted(path, wanted, known->files, known->series);
+  }
+  std::vector<std::string> warnings = warnings_about(path, known->files, series, options.contains("gaps-ok"));
+  auto volume = std::make_unique<DicomVolume>(known->files.images, !known->seen.empty(), series, path);
+  volume->has_others = known->series.size() > 1;
   volume->warnings.insert(volume->warnings.end(), warnings.begin(), warnings.end());
   return volume;
 }
