@@ -333,16 +333,16 @@ class Archive(ProgramTest):
         self.assertEqual(len(contents(self.folder / "back")), 3 + 3 * 2)
 
     def test_a_number_that_goes_on_is_another_name(self):
-        for name in ("scan 15", "scan 155", "9scan 7"):
-            shutil.copy(self.scans / "plain" / "v0.nrrd", self.scans / f"{name}.nrrd")
-        self.list.write_bytes("".join(f"scans/{name}.nrrd\n" for name in ("scan 15", "scan 155", "9scan 7")).encode())
+        self.list.write_text("".join(f"scans/plain/v{i}.nrrd\toutput={name}/a\n" for i, name in enumerate(("ct 15", "ct 155", "9ct 7"))))
         self.convert()
-        self.tagrid("archive", "forget", "tags", "name=scan 15.tag", "--yes")
-        (self.tags / "note").write_bytes(b"-" * ((1 << 20) - 6) + b"scan 155 scan 77")
-        self.tagrid("archive", "forget", "tags", "name=9scan 7.tag", "--yes")
+        self.tagrid("archive", "forget", "tags", "ct 15/a.tag", "--yes")
+        self.assertTrue((self.tags / "ct 155" / "a.tag").exists())
+        end = b"-" * ((1 << 20) - 3)
+        (self.tags / "note").write_bytes(end + b"9ct 77")
+        self.tagrid("archive", "forget", "tags", "9ct 7/a.tag", "--yes")
         self.convert("--skip-done")
-        (self.tags / "note").write_bytes(b"-" * ((1 << 20) - 6) + b"scan 15")
-        self.tagrid("archive", "forget", "tags", "name=scan 15.tag", "--yes", code=65)
+        (self.tags / "note").write_bytes(end + b"9ct 7")
+        self.tagrid("archive", "forget", "tags", "9ct 7/a.tag", "--yes", code=65)
 
     def test_forged_records_lead_nowhere(self):
         precious = self.folder / "precious.tag"
