@@ -39,6 +39,7 @@ function(tagrid_write_sbom)
     "libtiff-dev|libtiff|libtiff|tiffio.h|libtiff-4|DYNAMIC_LINK"
     "libdcmtk-dev|DCMTK|BSD-3-Clause|dcmtk/dcmdata/dctk.h|dcmtk|DYNAMIC_LINK"
     "libopenjp2-7-dev|OpenJPEG|BSD-2-Clause|openjpeg.h|libopenjp2|DYNAMIC_LINK"
+    "libjxl-dev|libjxl|BSD-3-Clause|jxl/decode.h|libjxl|DYNAMIC_LINK"
     "libhdf5-dev|HDF5|BSD-3-Clause|hdf5.h|hdf5|DYNAMIC_LINK"
     "pkgconf|pkgconf|ISC|../bin/pkgconf|-|BUILD_TOOL_OF"
     "libblosc-dev|Blosc|BSD-3-Clause|blosc.h|blosc|DYNAMIC_LINK"
@@ -49,7 +50,7 @@ function(tagrid_write_sbom)
     "libboost-dev|Boost|BSL-1.0|boost/any.hpp|-|STATIC_LINK")
   if(TAGRID_STATIC)
     # The program alone: without what only readers use, and without the library that it cannot load.
-    list(FILTER dependencies EXCLUDE REGEX "^lib(curl|tiff|dcmtk|openjp2|hdf5|blosc|pugixml|openvdb|imath|boost)|^pkgconf")
+    list(FILTER dependencies EXCLUDE REGEX "^lib(curl|tiff|dcmtk|openjp2|jxl|hdf5|blosc|pugixml|openvdb|imath|boost)|^pkgconf")
     list(TRANSFORM dependencies REPLACE "DYNAMIC_LINK" "STATIC_LINK")
   endif()
   if(TARGET tagrid_python)
