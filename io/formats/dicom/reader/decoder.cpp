@@ -36,6 +36,7 @@ bool is_jpeg(E_TransferSyntax syntax) {
          syntax == EXS_JPEGProcess14SV1;
 }
 
+/// True for code streams that DCMTK does not decode, or not as it should: it takes whatever RLE holds.
 bool is_decoded_here(const DicomPixels& pixels) {
   return pixels.is_jpeg2000() || pixels.is_jpeg_xl() || pixels.syntax == UID_RLELosslessTransferSyntax;
 }
@@ -159,12 +160,14 @@ int DicomDecoder::read_other(std::size_t frame, std::byte* out) {
 
 DicomDecoder::DicomDecoder(const DicomFile& file) : file_(file) {
   if (file.pixels.frame_bytes() >= std::uint64_t{1} << 31) fail("a frame is too large to be decoded");
-  if (file.pixels.encapsulated && is_decoded_here(file.pixels)) try {
+  if (file.pixels.encapsulated && is_decoded_here(file.pixels)) {
+    try {
       streams_.emplace(file);
-      return;
     } catch (const BrokenInput& error) {
       fail(error.what());
     }
+    return;
+  }
   register_codecs();
   // Fragments stay in the file until they are needed.
   const OFCondition result = format_.loadFile(file.path.c_str(), EXS_Unknown, EGL_noChange, 4096);
