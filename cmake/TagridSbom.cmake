@@ -39,6 +39,9 @@ function(tagrid_write_sbom)
     "libtiff-dev|libtiff|libtiff|tiffio.h|libtiff-4|DYNAMIC_LINK"
     "libdcmtk-dev|DCMTK|BSD-3-Clause|dcmtk/dcmdata/dctk.h|dcmtk|DYNAMIC_LINK"
     "libopenjp2-7-dev|OpenJPEG|BSD-2-Clause|openjpeg.h|libopenjp2|DYNAMIC_LINK"
+    "libjxl-dev|libjxl|BSD-3-Clause|jxl/decode.h|libjxl|DYNAMIC_LINK"
+    "libgsf-1-dev|libgsf|LGPL-2.1-only|gsf/gsf.h|libgsf-1|DYNAMIC_LINK"
+    "libglib2.0-dev|GLib|LGPL-2.1-or-later|glib-2.0/glib.h|glib-2.0|DYNAMIC_LINK"
     "libhdf5-dev|HDF5|BSD-3-Clause|hdf5.h|hdf5|DYNAMIC_LINK"
     "pkgconf|pkgconf|ISC|../bin/pkgconf|-|BUILD_TOOL_OF"
     "libblosc-dev|Blosc|BSD-3-Clause|blosc.h|blosc|DYNAMIC_LINK"
@@ -49,7 +52,7 @@ function(tagrid_write_sbom)
     "libboost-dev|Boost|BSL-1.0|boost/any.hpp|-|STATIC_LINK")
   if(TAGRID_STATIC)
     # The program alone: without what only readers use, and without the library that it cannot load.
-    list(FILTER dependencies EXCLUDE REGEX "^lib(curl|tiff|dcmtk|openjp2|hdf5|blosc|pugixml|openvdb|imath|boost)|^pkgconf")
+    list(FILTER dependencies EXCLUDE REGEX "^lib(curl|tiff|dcmtk|openjp2|jxl|gsf|glib|hdf5|blosc|pugixml|openvdb|imath|boost)|^pkgconf")
     list(TRANSFORM dependencies REPLACE "DYNAMIC_LINK" "STATIC_LINK")
   endif()
   if(TARGET tagrid_python)
@@ -67,7 +70,7 @@ function(tagrid_write_sbom)
   foreach(line IN LISTS dependencies)
     tagrid_fields("${line}")
     find_path(${place} ${of_FILE} HINTS ${HDF5_INCLUDE_DIRS} ${MPI_CXX_INCLUDE_DIRS} PATHS /usr/lib/python3/dist-packages
-              PATH_SUFFIXES python${TAGRID_PYTHON_VERSION} openjpeg-2.5 openjpeg-2.4)
+              PATH_SUFFIXES python${TAGRID_PYTHON_VERSION} openjpeg-2.5 openjpeg-2.4 libgsf-1)
     mark_as_advanced(${place})
     if(${place})
       cmake_path(SET file NORMALIZE "${${place}}/${of_FILE}")

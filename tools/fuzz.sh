@@ -19,7 +19,7 @@ while [ $# -gt 0 ]; do
     *) targets+=("$1"); shift ;;
   esac
 done
-[ ${#targets[@]} -gt 0 ] || targets=(file blocks brick header nrrd nifti metaimage vendors other_volumes record numbers index bmp dicom part)
+[ ${#targets[@]} -gt 0 ] || targets=(file blocks brick header nrrd nifti metaimage vendors other_volumes record numbers index bmp png dicom part)
 
 tools/install_packages.sh fuzz
 cmake --preset asan >/dev/null
@@ -35,9 +35,9 @@ elif [ -z "$seconds" ]; then
   echo "Addresses cannot be fixed here, so inputs differ from run to run."
 fi
 # Where the inputs are the same every time: how many.
-declare -A runs=([header]=40000 [brick]=1500 [index]=20000 [nrrd]=6000 [nifti]=2500 [metaimage]=12000 [vendors]=4000 [other_volumes]=12000 [bmp]=25000 [dicom]=20000 [record]=80000 [part]=25000 [numbers]=120000 [file]=1200 [blocks]=5000)
+declare -A runs=([header]=40000 [brick]=1500 [index]=20000 [nrrd]=6000 [nifti]=2500 [metaimage]=12000 [vendors]=4000 [other_volumes]=12000 [bmp]=25000 [png]=25000 [dicom]=20000 [record]=80000 [part]=25000 [numbers]=120000 [file]=1200 [blocks]=5000)
 # Inputs of golden files are the largest there are; the rest is small, for many runs a second.
-declare -A longest=([header]=2048 [brick]=8192 [index]=4096 [nrrd]=4096 [nifti]=1024 [metaimage]=2048 [vendors]=2048 [other_volumes]=2048 [bmp]=2048 [dicom]=2048 [record]=1024 [part]=4096 [numbers]=64 [file]=8192 [blocks]=8192)
+declare -A longest=([header]=2048 [brick]=8192 [index]=4096 [nrrd]=4096 [nifti]=1024 [metaimage]=2048 [vendors]=2048 [other_volumes]=2048 [bmp]=2048 [png]=2048 [dicom]=2048 [record]=1024 [part]=4096 [numbers]=64 [file]=8192 [blocks]=8192)
 
 fuzz() {
   local target=$1 corpus run effort

@@ -7,7 +7,7 @@
 set -euo pipefail
 
 build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libisal-dev libcurl4-openssl-dev libhwy-dev libsqlite3-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev libbz2-dev libpng-dev
-  libtiff-dev libseccomp-dev libpugixml-dev libdcmtk-dev libopenjp2-7-dev libhdf5-dev libblosc-dev pkgconf
+  libtiff-dev libseccomp-dev libpugixml-dev libdcmtk-dev libopenjp2-7-dev libjxl-dev libgsf-1-dev libglib2.0-dev libhdf5-dev libblosc-dev pkgconf
   libopenvdb-dev libimath-dev libboost-dev)
 mpi=("${build[@]}" libopenmpi-dev openmpi-bin)
 python=("${build[@]}" pybind11-dev python3-dev python3-numpy)
@@ -21,6 +21,7 @@ test=("${mpi[@]}" "${wheel[@]}" libgtest-dev libgmock-dev librapidcheck-dev clan
   libopenvdb-tools python3 python3-yaml pkgconf dpkg-dev file shared-mime-info libglib2.0-bin jq zstd
   python3-numpy python3-tifffile libtiff-tools python3-nibabel plastimatch teem-apps python3-pil
   python3-pydicom strace dcmtk dicom3tools libgdcm-tools python3-h5py python3-mrcfile python3-fabio hdf5-tools python3-vtk9 xvfb xauth libgl1-mesa-dri fonts-dejavu-core libopenjp2-tools
+  openjph-tools libjxl-tools python3-olefile
   gmsh python3-gmsh python3-meshio python3-dask python3-xarray python3-zarr python3-fsspec python3-aiohttp mypy)
 # As much again as the page, for a browser to test it with.
 web=("${page[@]}" chromium)

@@ -27,7 +27,7 @@ else
   tools/install_packages.sh slurm
   TAGRID_LONG=1 ctest --preset release -R tools/RealSlurm --timeout 36000
   cmake --preset asan -DTAGRID_EVERY_TEST=ON >/dev/null
-  cmake --build --preset asan --target tagrid tagrid-{read,write}-{hdf5,vdb} tagrid-read-{bmp,dicom,jp2,tiff,zarr} {stages,io,pipeline}_tests
+  cmake --build --preset asan --target tagrid tagrid-{read,write}-{hdf5,vdb} tagrid-read-{bmp,dicom,jp2,png,tiff,zarr,zeiss} {stages,io,pipeline}_tests
   TAGRID_LONG=1 ctest --preset asan -L '^every-asan$' --timeout 36000
   cmake --preset tsan -DTAGRID_EVERY_TEST=ON >/dev/null
   cmake --build --preset tsan --target pipeline_tests race_check

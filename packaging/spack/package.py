@@ -38,6 +38,7 @@ class Tagrid(CMakePackage):
     depends_on("libtiff")
     depends_on("dcmtk")
     depends_on("openjpeg")
+    depends_on("libjxl")
     depends_on("hdf5~mpi")
     depends_on("c-blosc")
     depends_on("libseccomp")

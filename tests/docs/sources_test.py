@@ -155,6 +155,7 @@ ELSEWHERE = {"io/formats/amira": ["tests/readers/amira_test.py", "tests/fuzz/oth
              "io/formats/mrc": ["tests/readers/mrc_test.py", "tests/fuzz/other_volumes_target.cpp"],
              "io/formats/nifti": ["tests/readers/nifti_test.py", "tests/fuzz/nifti_target.cpp"],
              "io/formats/npy": ["tests/readers/npy_test.py", "tests/fuzz/other_volumes_target.cpp"],
+             "io/formats/png": ["tests/readers/png_test.py", "tests/fuzz/png_target.cpp"],
              "io/formats/tiff": ["tests/readers/tiff_test.py"],
              "io/formats/vendors": ["tests/readers/vendors_test.py", "tests/fuzz/vendors_target.cpp"],
              "io/formats/vti": ["tests/readers/written_test.py"],

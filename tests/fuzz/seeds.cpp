@@ -425,6 +425,25 @@ void add_other_volumes(Seeds& seeds) {
                                   "e"));
 }
 
+/// Chunks with checksums that nobody reads here.
+void add_pngs(Seeds& seeds) {
+  const auto chunk = [](std::string_view name, const std::string& content) {
+    std::string text(4, '\0');
+    text[3] = static_cast<char>(content.size());
+    return text.append(name).append(content).append(4, 'c');
+  };
+  for (const int bits : {8, 16})
+    for (const char color : {0, 2}) {
+      const std::string head =
+          std::string("\0\0\0\5\0\0\0\3", 8) + static_cast<char>(bits) + color + std::string(3, '\0');
+      std::string text = "\x89PNG\r\n\x1a\n" + chunk("IHDR", head);
+      text +=
+          chunk("pHYs", std::string("\0\0\x2e\x23\0\0\x2e\x23\1", 9)) + chunk("tRNS", std::string(2, '\0'));
+      text += chunk("IDAT", std::string(20, 'd')) + chunk("IEND", "") + (bits == 8 ? "notes" : "");
+      seeds.push_back(input_of(text));
+    }
+}
+
 void add_bitmaps(Seeds& seeds) {
   for (const std::uint32_t header : {12, 40, 56, 108, 124})
     for (const bool is_top_down : {false, true}) {
@@ -504,6 +523,7 @@ std::map<std::string, Seeds> make_seeds(const std::string& golden) {
   add_vendors_files(seeds["vendors"]);
   add_other_volumes(seeds["other_volumes"]);
   add_bitmaps(seeds["bmp"]);
+  add_pngs(seeds["png"]);
   add_dicom_files(seeds["dicom"]);
   add_record(seeds["record"]);
   add_part(seeds["part"]);

@@ -32,6 +32,7 @@ void vendors(Bytes bytes);
 void other_volumes(Bytes bytes);
 /// A BMP file.
 void bmp(Bytes bytes);
+void png(Bytes bytes);
 /// A DICOM file that is exported.
 void dicom(Bytes bytes);
 /// The record of a run that can be continued.
@@ -50,11 +51,14 @@ struct Target {
   void (*run)(Bytes);
 };
 
-inline constexpr Target targets[] = {
-    {"header", header},   {"brick", brick},         {"index", index},     {"nrrd", nrrd},
-    {"nifti", nifti},     {"metaimage", metaimage}, {"vendors", vendors}, {"other_volumes", other_volumes},
-    {"bmp", bmp},         {"dicom", dicom},         {"record", record},   {"part", part},
-    {"numbers", numbers}, {"file", file},           {"blocks", blocks}};
+inline constexpr Target targets[] = {{"header", header},   {"brick", brick},
+                                     {"index", index},     {"nrrd", nrrd},
+                                     {"nifti", nifti},     {"metaimage", metaimage},
+                                     {"vendors", vendors}, {"other_volumes", other_volumes},
+                                     {"bmp", bmp},         {"png", png},
+                                     {"dicom", dicom},     {"record", record},
+                                     {"part", part},       {"numbers", numbers},
+                                     {"file", file},       {"blocks", blocks}};
 
 /// Identity of the part that part() reads.
 inline constexpr PartId seed_part = {7, 1, 2, 4};

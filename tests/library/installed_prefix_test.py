@@ -193,7 +193,7 @@ class InstalledLibrary(unittest.TestCase):
                                         ROOT / "tests/golden/1.0/voxels_lossless_int16.tag")
             self.assertIn(b"viewer.js", page)
             self.assertEqual(decoder[:4], b"\0asm")
-        for format in ("bmp", "dicom", "hdf5", "jp2", "tiff", "zarr"):
+        for format in ("bmp", "dicom", "hdf5", "jp2", "png", "tiff", "zarr"):
             self.assertIn(f"/usr/libexec/tagrid/tagrid-read-{format}\n", content["tagrid-readers"])
         self.assertIn("/usr/libexec/tagrid/tagrid-write-hdf5\n", content["tagrid-readers"])
         for program in ("tagrid-read-vdb", "tagrid-write-vdb"):

@@ -31,7 +31,7 @@ NAMES = {"libtbb-dev": ("tbb-devel", "tbb", "tbb"), "libzstd-dev": ("zstd",) * 3
          "zlib1g-dev": ("zlib", "zlib-api", "zlib"),
          "libbz2-dev": ("bzip2",) * 3, "libpng-dev": ("libpng",) * 3, "libtiff-dev": ("libtiff", "libtiff", "tiff"),
          "libseccomp-dev": ("libseccomp", "libseccomp", None), "libpugixml-dev": ("pugixml",) * 3,
-         "libdcmtk-dev": ("dcmtk",) * 3, "libopenjp2-7-dev": ("openjpeg",) * 3, "libhdf5-dev": ("hdf5",) * 3,
+         "libdcmtk-dev": ("dcmtk",) * 3, "libopenjp2-7-dev": ("openjpeg",) * 3, "libjxl-dev": ("libjxl",) * 3, "libgsf-1-dev": ("libgsf", None, None), "libglib2.0-dev": ("glib", None, None), "libhdf5-dev": ("hdf5",) * 3,
          "libblosc-dev": ("blosc", "c-blosc", "blosc"), "libopenvdb-dev": ("openvdb",) * 3,
          "libimath-dev": ("imath",) * 3, "libboost-dev": ("libboost-headers", "boost", "boost-any"),
          "pkgconf": ("pkg-config", "pkgconfig", None)}

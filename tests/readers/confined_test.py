@@ -94,7 +94,7 @@ class TakenOver(ReaderTest):
                 ("dicom", "IM0001", ["IM0002", "part.dcm"], ["IMAGE", "part.h5", "more/IM0003"]),
                 ("dicom", "scan.dcm", ["part.dcm"], ["part.tif", "id_rsa"]),
                 ("vdb", "scan.vdb", [], ["part.vdb"]), ("jp2", "scan.jp2", [], ["part.jp2"]),
-                ("bmp", "scan.bmp", [], ["part.bmp"]), ("zarr", "scan.ozx", [], ["part.ozx"])]:
+                ("bmp", "scan.bmp", [], ["part.bmp"]), ("png", "scan.png", [], ["part.png"]), ("zeiss", "scan.txm", [], ["part.txm"]), ("zarr", "scan.ozx", [], ["part.ozx"])]:
             with self.subTest(name):
                 if reader not in formats:
                     continue

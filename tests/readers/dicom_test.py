@@ -55,6 +55,18 @@ def data_set(samples, series="1.2.3", instance="1.2.3.1", number=1, position=(0,
     return file
 
 
+def claim(path, syntax):
+    """Gives a file another transfer syntax, whatever that is."""
+    content = path.read_bytes()
+    data = content[144 + int.from_bytes(content[140:144], "little"):]
+    meta = pydicom.dataset.FileMetaDataset()
+    meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID, meta.TransferSyntaxUID = CT, "1.2.3.1", syntax
+    with open(path, "wb") as file:
+        file.write(bytes(128) + b"DICM")
+        pydicom.filewriter.write_file_meta_info(file, meta)
+        file.write(data)
+
+
 @unittest.skipIf(pydicom is None, "there is no pydicom on this machine")
 class Dicom(ReaderTest):
     def write_series(self, samples, folder="s", step=(0, 0, 1.5), names=None, **attributes):

@@ -107,6 +107,54 @@ class Edf(ReaderTest):
         self.write("a.edf", whole)
         self.assertIn("a.edf", self.ok("convert", "--find", ".").stdout)
 
+    def write_folder(self, truth, order="<", folder="s", **options):
+        (self.folder / folder).mkdir(exist_ok=True)
+        for z, slice in enumerate(truth):  # s8, s9, s10: a natural order
+            self.write(f"{folder}/s{z + 8}.edf", frame(slice, order, **options))
+
+    def test_a_folder_of_slices(self):
+        for type in ("uint16", "float32"):
+            truth = random_samples(type, (5, 7, 9))
+            for order in "<>":
+                self.write_folder(truth, order, fields={"PSize_1": "1e-06", "PSize_2": "2e-06", "Title": "a foot"})
+                info = self.encodes(truth, "s", what=(type, order))
+                self.assertEqual((self.messages, info["restorable"]), ("", True))  # byte for byte
+                self.assertEqual((info["geometry"]["spacing"], dict(info["source"]["pairs"])["edf_title"]), ([1e-06, 2e-06, None], "a foot"))
+        # Byte orders may differ, and the header may be longer in one of them.
+        self.write("s/s9.edf", frame(truth[1], "<", block=1024))
+        self.encodes(truth, "s", "--override-spacing", "1,2,3mm", says="another size of pixels than")
+        self.assertEqual(self.info("out.tag")["geometry"]["spacing"], [1, 2, 3])
+        self.write_folder(truth)
+        self.ok("encode", "s", "-o", "a.tag", "--rm")
+        self.assertFalse(list((self.folder / "s").iterdir()))
+        self.ok("restore", "a.tag", "-o", "s")
+        self.encodes(truth, "s")
+
+    def test_folders_with_several_series_and_gaps(self):
+        truth = random_samples("uint16", (5, 7, 9))
+        self.write_folder(truth)
+        (self.folder / "s" / "notes.txt").write_text("notes")
+        (self.folder / "s" / "s10.edf").unlink()
+        self.assertIn("--gaps-ok", self.assert_refused(65, "slices are missing", "encode", "s"))
+        self.encodes(truth[[0, 1, 3, 4]], "s", "--gaps-ok", says="slices are missing")
+        self.write_folder(truth)
+        self.write("s/dark0000.edf", frame(truth[0]))
+        self.assertIn("s#.edf", self.assert_refused(64, "2 series", "encode", "s"))
+        self.encodes(truth, "s", "--series", "s#.edf")
+        lines = [line for line in self.ok("convert", "--find", "s").stdout.splitlines() if not line.startswith("#")]
+        self.assertEqual(len(lines), 2, lines)
+        (self.folder / "list").write_text("\n".join(lines) + "\n")
+        self.ok("convert", "--manifest", "list", "--output-dir", "out")
+
+    def test_folders_that_are_no_volume_are_refused(self):
+        truth = random_samples("uint16", (3, 7, 9))
+        for other, text in ((frame(truth[1, :-1]), "has 9 x 6 x 1"), (frame(truth[1].astype("int16")), "int16"), (frame(truth), "has 3 slices"),
+                            (frame(truth[1])[:-2], "expected"), (b"{\n", "has no end"), (frame(truth[1], fields={"DataValueOffset": 5}), "DataValueOffset")):
+            self.write_folder(truth)
+            self.write("s/s9.edf", other)
+            self.assertIn("s9.edf", self.assert_refused(65, text, "encode", "s", "-o", "a.tag"))
+            self.assertFalse((self.folder / "a.tag").exists())
+
     @unittest.skipIf(fabio is None, "there is no fabio on this machine")
     def test_files_of_fabio(self):
         for type in NAMES:
@@ -118,6 +166,10 @@ class Edf(ReaderTest):
             with fabio.open(str(self.folder / "a.edf")) as read:
                 self.assertEqual(read.nframes, 5)
             self.encodes(truth, "a.edf", what=type)
+        for z, slice in enumerate(truth):
+            (self.folder / "f").mkdir(exist_ok=True)
+            fabio.edfimage.EdfImage(data=slice, header={"Title": "a foot"}).write(str(self.folder / "f" / f"s_{z:04}.edf"))
+        self.encodes(truth, "f")
         # Ours are read by it.
         self.write("b.edf", *(frame(slice, ">", fields={"motor": 3}) for slice in truth))
         with fabio.open(str(self.folder / "b.edf")) as read:

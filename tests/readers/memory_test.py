@@ -152,7 +152,7 @@ class Memory(ReaderTest):
             tifffile.imwrite(self.folder / "deflate.tif", samples, photometric="minisblack", compression="zlib")
             yield "deflate.tif"
         if Image is not None:
-            for name, extension in (("bmps", "bmp"), ("jp2s", "jp2")):
+            for name, extension in (("bmps", "bmp"), ("jp2s", "jp2"), ("pngs", "png")):
                 (self.folder / name).mkdir()
                 for z, slice in enumerate(samples.astype("u1")):
                     Image.fromarray(slice).save(self.folder / name / f"s{z}.{extension}")

@@ -27,7 +27,7 @@ def zip_of(name):
 
 # Beginnings by names of files, and the word that the message must have.
 KNOWN = {
-    "a.txm": (OLE2, "TXM"), "a.txrm": (OLE2, "TXRM"), "a.bin": (OLE2, "OLE2"), "a.surf": (b"# HyperSurface 0.1 BINARY\n", "Amira"),
+    "a.bin": (OLE2, "OLE2"), "a.surf": (b"# HyperSurface 0.1 BINARY\n", "Amira"),
     "a.npz": (zip_of("arr_0.npy"), "NumPy"), "attributes.json": (b'{"dimensions":[9,7,5],"blockSize":[9,7,5],"dataType":"uint16"}', "N5"),
     "a.fits": (b"SIMPLE  =                    T".ljust(2880), "FITS"), "a.vtk": (b"# vtk DataFile Version 3.0\nx\nBINARY\n", "VTK"),
     "a.vti": (b'<?xml version="1.0"?>\n<VTKFile type="ImageData">\n', "VTK"), "a.vtp": (b'<VTKFile type="PolyData">\n', "VTK"),
@@ -76,10 +76,10 @@ class OtherFormats(ReaderTest):
             self.assertIn(word, found)
 
     def test_directories_of_them_are_named(self):
-        for folder, names, word in (("png", ("s1.png", "s2.png"), "PNG"), ("jpg", ("s1.jpg",), "JPEG image"), ("n5", ("attributes.json",), "N5 container")):
+        for folder, names, word in (("png", ("s1.png", "s2.png"), "PNG"), ("jpg", ("s1.jpg",), "JPEG image")):
             (self.folder / folder).mkdir()
             for name in names:
-                content = {"png": KNOWN["a.png"], "jpg": KNOWN["a.jpg"], "n5": KNOWN["attributes.json"]}[folder][0]
+                content = {"png": KNOWN["a.png"], "jpg": KNOWN["a.jpg"]}[folder][0]
                 (self.folder / folder / name).write_bytes(content)
             self.assertIn(word, self.message(folder))
 

@@ -69,6 +69,10 @@ class Spacing(ReaderTest):
             for z, slice in enumerate(volume("uint16")):
                 Image.fromarray((slice >> 4).astype("uint8")).save(self.folder / "bmp" / f"s{z}.bmp")
             yield "bmp", []
+            (self.folder / "png").mkdir()
+            for z, slice in enumerate(volume("uint16")):
+                Image.fromarray((slice >> 4).astype("uint8")).save(self.folder / "png" / f"s{z}.png")
+            yield "png", []
 
     def test_one_number_or_three_give_every_format_a_spacing(self):
         for path, options in self.inputs_without_spacing():
@@ -113,7 +117,7 @@ class Spacing(ReaderTest):
                 self.assertEqual(self.messages.count("warning"), 1, self.messages)
                 self.assertIn("its voxel size is not stated", self.messages)
                 self.geometry(path, *options, "-q", silent=True)
-                if path in ("a.tif", "stack", "a.h5", "bmp"):
+                if path in ("a.tif", "stack", "a.h5", "bmp", "png"):
                     self.geometry(path, *options, "--spacing", "7", says="its voxel size has no unit; add it with --spacing, such as --spacing 7,7,7um")
 
     def write_nrrd(self, lines):

@@ -4,18 +4,22 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "io/errors/errors.h"
+#include "io/files/slice_files.h"
 #include "io/metadata/foreign_geometry.h"
 #include "io/metadata/rescale.h"
 #include "io/samples/slices_in_files.h"
 #include "io/text/fields.h"
 #include "io/text/foreign_number.h"
+#include "io/text/numbered_names.h"
 #include "io/text/text.h"
 #include "io/volume/given_spacing.h"
+#include "io/volume/series_of_files.h"
 #include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
@@ -210,13 +214,12 @@ bool begins_edf(std::string_view bytes) {
       });
 }
 
-std::unique_ptr<VolumeSource> open_edf(std::unique_ptr<FileBytes> file, const std::string& path,
-                                       const SourceDescription&) {
-  const std::string name = file->name();
-  if (path == "-" || !file->size())
-    throw UsageError(name + ": is an EDF file, which can only be read from a file; save it to one first");
-  const Blocks blocks(*file);
-  const std::uint64_t size = *file->size();
+namespace {
+
+/// The frames of a file, which are alike, with the places of their samples.
+SourceFacts frames_of(const FileBytes& file, const std::string& path, std::uint64_t size) {
+  const std::string name = file.name();
+  const Blocks blocks(file);
   SourceFacts facts;
   facts.files = {path};
   facts.holds_other_bytes = true;
@@ -269,8 +272,88 @@ std::unique_ptr<VolumeSource> open_edf(std::unique_ptr<FileBytes> file, const st
         .push_back(
             fmt::format("{}: {} bytes follow the samples; they are not part of the volume", name, size - at));
   }
+  return facts;
+}
+
+std::unique_ptr<VolumeSource> placed(SourceFacts facts) {
   auto runs = std::exchange(facts.places, {});
   return placed_samples(std::move(facts), std::move(runs));
+}
+
+/// Unknown distances are not numbers, and so not equal to themselves.
+bool has_same_spacing(const Geometry& a, const Geometry& b) {
+  return a.has_spacing == b.has_spacing && std::ranges::equal(a.spacing, b.spacing, [](double x, double y) {
+           return x == y || (std::isnan(x) && std::isnan(y));
+         });
+}
+
+/// Adds the slice in a file to those before it.
+void add_slice(const SourceFacts& slice, SourceFacts& all) {
+  const std::string &path = slice.files.front(), &first = all.files.front();
+  if (slice.info.dims != all.info.dims || slice.info.type != all.info.type)
+    throw BrokenInput(fmt::format("{}: has {} samples, but {} has {}", path,
+                                  described(slice.info.dims, slice.info.type), first,
+                                  described(all.info.dims, all.info.type)));
+  if (slice.rescale != all.rescale)
+    throw BrokenInput(
+        fmt::format("{}: has another DataValueOffset than {}, and one volume cannot have both", path, first));
+  if (all.scale_doubt.empty()) all.scale_doubt = slice.scale_doubt;
+  if (!has_same_spacing(slice.info.geometry(), all.info.geometry()))
+    all.not_understood.push_back(
+        fmt::format("{}: states another size of pixels than {}, whose size is used", path, first));
+  for (SliceRun run : slice.places) {
+    run.file = all.files.size();
+    all.places.push_back(run);
+  }
+  all.files.push_back(path);
+  all.warnings.insert(all.warnings.end(), slice.warnings.begin(), slice.warnings.end());
+  all.not_understood.insert(all.not_understood.end(), slice.not_understood.begin(),
+                            slice.not_understood.end());
+}
+
+/// Sentences about many files say the same: the first ones are kept.
+void shorten(std::vector<std::string>& sentences, const std::string& folder) {
+  constexpr std::size_t most = 3;
+  if (sentences.size() <= most) return;
+  const std::size_t more = sentences.size() - most;
+  sentences.resize(most);
+  sentences.push_back(fmt::format("{}: likewise in {} more of its files", folder, more));
+}
+
+}  // namespace
+
+std::unique_ptr<VolumeSource> open_edf(std::unique_ptr<FileBytes> file, const std::string& path,
+                                       const SourceDescription&) {
+  if (path == "-" || !file->size())
+    throw UsageError(file->name() +
+                     ": is an EDF file, which can only be read from a file; save it to one first");
+  return placed(frames_of(*file, path, *file->size()));
+}
+
+std::unique_ptr<VolumeSource> open_edf_folder(const std::string& folder, const SourceDescription& source) {
+  std::vector<std::string> paths = visible_files(folder);
+  std::erase_if(paths, [](const std::string& path) { return !lower_case(path).ends_with(".edf"); });
+  const NumberedFiles slices = series_of_files(folder, std::move(paths), source);
+  SourceFacts all;
+  for (const std::string& path : slices.paths) {
+    const FileBytes file(path);
+    SourceFacts slice = frames_of(file, path, file.size().value_or(0));
+    if (slice.info.dims.z != 1)
+      throw BrokenInput(fmt::format("{}: has {} slices, so it is a volume of its own; give this file", path,
+                                    slice.info.dims.z));
+    if (all.files.empty())
+      all = std::move(slice);
+    else
+      add_slice(slice, all);
+  }
+  all.info.dims.z = static_cast<std::int64_t>(slices.paths.size());
+  if (!is_volume_size(all.info.dims))
+    throw BrokenInput(
+        fmt::format("{}: a volume cannot have {} samples", folder, described(all.info.dims, all.info.type)));
+  shorten(all.warnings, folder);
+  shorten(all.not_understood, folder);
+  if (slices.gap) all.warnings.push_back(fmt::format("{}: {}", folder, gap_in_words(slices)));
+  return placed(std::move(all));
 }
 
 }  // namespace tagrid

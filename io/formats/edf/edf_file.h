@@ -18,4 +18,8 @@ bool begins_edf(std::string_view bytes);
 std::unique_ptr<VolumeSource> open_edf(std::unique_ptr<FileBytes> file, const std::string& path,
                                        const SourceDescription& source);
 
+/// Reads a directory of files of one slice each, in the order of the numbers in their names. Of several series,
+/// source.series chooses one. Throws as above.
+std::unique_ptr<VolumeSource> open_edf_folder(const std::string& folder, const SourceDescription& source);
+
 }  // namespace tagrid

@@ -109,6 +109,24 @@ SpacingOfSlice spacing_of_resolution(double x, double y, double millimeters) {
   return found;
 }
 
+void ResolutionOfSlices::add(double x, double y) {
+  const std::pair resolution(x, y);
+  if (!first_) first_ = resolution;
+  are_same_ = are_same_ && resolution == *first_;
+}
+
+void ResolutionOfSlices::describe(const std::string& file, double millimeters, Geometry& geometry,
+                                  std::vector<std::string>& warnings) const {
+  if (!are_same_) {
+    warnings.push_back(file + ": its slices have different resolutions, so its spacing is unknown");
+    return;
+  }
+  if (!first_ || first_->first == 0 || first_->second == 0) return;
+  SpacingOfSlice found = spacing_of_resolution(first_->first, first_->second, millimeters);
+  geometry = std::move(found.geometry);
+  if (!found.remark.empty()) warnings.push_back(fmt::format("{}: {}", file, found.remark));
+}
+
 namespace {
 
 /// What the file says; nothing if it has no reconstruction. Other sections speak of the camera.

@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/programs/serve_reader.h"
@@ -49,6 +51,21 @@ struct SpacingOfSlice {
 /// `x` and `y` are the numbers of samples in `millimeters`. Print resolutions, such as 72 or 300
 /// dpi, are not a voxel size; neither is a resolution of 1, which is a placeholder.
 SpacingOfSlice spacing_of_resolution(double x, double y, double millimeters);
+
+/// The resolutions that the slices of one volume state.
+class ResolutionOfSlices {
+ public:
+  /// Those of the next slice along x and y; 0 if it does not state one.
+  void add(double x, double y);
+  /// Sets the spacing that follows from them as above, if all slices agree; otherwise adds a warning. `file` is the
+  /// name of the first slice.
+  void describe(const std::string& file, double millimeters, Geometry& geometry,
+                std::vector<std::string>& warnings) const;
+
+ private:
+  std::optional<std::pair<double, double>> first_;
+  bool are_same_ = true;
+};
 
 /// What a SkyScan (Bruker) log in the directory of the slices says: the size of a voxel, and all its fields
 /// as pairs.

@@ -18,6 +18,7 @@
 #include "io/formats/nifti/header.h"
 #include "io/formats/npy/array.h"
 #include "io/formats/nrrd/header.h"
+#include "io/formats/png/outline.h"
 #include "io/formats/tiff/written.h"
 #include "io/formats/vendors/vendors.h"
 #include "io/formats/vti/written.h"
@@ -205,7 +206,11 @@ const std::vector<Format>& formats() {
        .extensions = {".edf"},
        .help = "EDF of the ESRF",
        .what = "an EDF file",
-       .reads = {.peek = 4096, .is_mine = begins_edf, .open = open_edf}},
+       .reads = {.peek = 4096,
+                 .is_mine = begins_edf,
+                 .open = open_edf,
+                 .open_folder = open_edf_folder,
+                 .has_folders = true}},
       {.name = "amira",
        .extensions = {".am"},
        .help = "AmiraMesh",
@@ -235,6 +240,18 @@ const std::vector<Format>& formats() {
                  .header = true,
                  .lost_rescale = lost_rescale_in_zarr,
                  .lost = lost_in_zarr}},
+      // A row of its own, as what is written is not N5.
+      {.name = "n5",
+       .extensions = {".n5"},
+       .help = "N5, a directory",
+       .what = "an N5 container",
+       .reads = {.program = "zarr", .is_folder = is_n5_folder}},
+      {.name = "zeiss",
+       .extensions = {".txm", ".txrm", ".xrm"},
+       .help = "Zeiss TXM and TXRM",
+       .what = "a Zeiss TXM or TXRM file",
+       // OLE2, in which other programs store documents.
+       .reads = {.named_magic = {{"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"}}, .program = "zeiss"}},
       {.name = "jp2",
        .extensions = {".jp2", ".j2k", ".j2c", ".jpc", ".jpx"},
        .help = "JPEG 2000",
@@ -248,6 +265,15 @@ const std::vector<Format>& formats() {
        .help = "BMP",
        .what = "a BMP file",
        .reads = {.peek = 18, .is_mine = begins_bmp, .program = "bmp", .has_folders = true}},
+      {.name = "png",
+       .extensions = {".png"},
+       .help = "PNG",
+       .what = "a PNG file",
+       .reads = {.peek = png_header_bytes,
+                 .is_mine = begins_gray_png,
+                 .program = "png",
+                 .has_folders = true,
+                 .are_often_pictures = true}},
   };
   return rows;
 }

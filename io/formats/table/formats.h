@@ -43,18 +43,25 @@ struct Reads {
   /// or for the whole file if that is shorter. Formats with neither are read only if the user says what the
   /// file is.
   std::vector<Magic> magic = {};
+  /// Files with one of the extensions have the format if they begin as one of these says, as others do, too.
+  std::vector<Magic> named_magic = {};
   std::size_t peek = 0;
   bool (*is_mine)(std::string_view beginning) = nullptr;
   bool in_gzip = false;  ///< The whole file may be in gzip; then what is in it is recognized.
   /// Reads `file`, which was opened at `path` and is at its beginning.
   std::unique_ptr<VolumeSource> (*open)(std::unique_ptr<FileBytes> file, const std::string& path,
                                         const SourceDescription& source) = nullptr;
+  /// Reads a directory of such files, each of which is a slice; nullptr if tagrid itself reads none.
+  std::unique_ptr<VolumeSource> (*open_folder)(const std::string& folder,
+                                               const SourceDescription& source) = nullptr;
   bool has_series = false;         ///< SourceDescription::series applies to files that tagrid itself reads.
   bool takes_description = false;  ///< SourceDescription::raw may be given.
 
   /// The program tagrid-read-PROGRAM reads it; "" if tagrid does so itself.
   std::string_view program = "";
   bool has_folders = false;  ///< A directory of such files can be one volume, or hold several.
+  /// Such files often are pictures beside volumes: a directory that has slices of another format is one of those.
+  bool are_often_pictures = false;
   /// True for a directory that is a file of this format, as it were; nullptr if there are none.
   bool (*is_folder)(const std::string& folder) = nullptr;
 

@@ -25,6 +25,7 @@
 #include "io/text/numbered_names.h"
 #include "io/text/text.h"
 #include "io/volume/given_spacing.h"
+#include "io/volume/series_of_files.h"
 
 namespace tagrid {
 namespace {
@@ -174,14 +175,18 @@ BrokenInput no_volume(FileBytes& file, const std::string& path) {
   return BrokenInput(fmt::format("{}: not {}", file.name(), known_formats()), Problem::no_known_format);
 }
 
-/// The format that a program reads from files with the extension of `path`; nullptr if there is none.
-const Format* format_of_name(const std::string& path) {
+/// The format that a program reads from files with the extension of `path`; nullptr if there is none, and for files that
+/// are empty or begin as those of another known format do.
+const Format* format_of_name(FileBytes& file, const std::string& path) {
   const std::string extension = lower_case(fs::path(path).extension().string());
-  for (const Format& format : formats())
-    if (!format.reads.program.empty() &&
-        std::ranges::find(format.extensions, extension) != format.extensions.end())
-      return &format;
-  return nullptr;
+  const auto found = std::ranges::find_if(formats(), [&](const Format& format) {
+    return !format.reads.program.empty() &&
+           std::ranges::find(format.extensions, extension) != format.extensions.end();
+  });
+  const std::string_view beginning = file.peek(most_bytes_of_others);
+  if (found == formats().end() || beginning.empty()) return nullptr;
+  const bool is_certain = begins_with_any(beginning, found->reads.named_magic);
+  return is_certain || other_format_of(beginning, path) == nullptr ? &*found : nullptr;
 }
 
 /// The program that somebody added for files with the extension of `path`.
@@ -204,7 +209,7 @@ Way way_of_file(FileBytes& file, const std::string& path, const SourceDescriptio
   if (const Format* format = is_described ? nullptr : recognized(file)) return way_of(*format, file.name());
   if (source.raw) return {&format_named("raw"), ""};
   if (!file.peek(1).empty()) {
-    if (const Format* format = format_of_name(path)) return way_of(*format, file.name());
+    if (const Format* format = format_of_name(file, path)) return way_of(*format, file.name());
     if (const auto program = reader_of_extension(path)) return {nullptr, *program};
   }
   throw no_volume(file, path);
@@ -296,21 +301,22 @@ Way way_of_folder(const std::string& folder, const SourceDescription& source) {
   constexpr std::size_t most_looks = 100;
   if (!source.from.empty()) return way_named(source.from, folder);
   if (const Format* format = format_of_folder(folder)) return way_of(*format, folder);
-  if (const auto other = other_format_of_folder(folder))
-    throw BrokenInput(fmt::format("{}: {}", folder, *other));
   std::vector<std::string> files = visible_files(folder);
   if (files.empty()) throw no_files_in(folder);
   if (files.size() > most_looks) files.resize(most_looks);
   std::string dead;
+  const Format* pictures = nullptr;
   for (const std::string& file : files) {
     if (!status_of(file)) {
       if (dead.empty() && is_dead_link(file)) dead = file;
       continue;
     }
-    const Format* format = format_of(FileBytes(file).peek(bytes_to_recognize()));
-    if (format == nullptr) format = format_of_name(file);
-    if (format != nullptr && format->reads.has_folders) return way_of(*format, folder);
+    const Format* format = readable_format(file);
+    if (format == nullptr || !format->reads.has_folders) continue;
+    if (!format->reads.are_often_pictures) return way_of(*format, folder);
+    pictures = format;
   }
+  if (pictures != nullptr) return way_of(*pictures, folder);
   // What is kept beside slices, such as notes, may be all that is left of them.
   if (!dead.empty()) throw dead_link(dead);
   throw no_slices_in(folder, files.front());
@@ -319,6 +325,12 @@ Way way_of_folder(const std::string& folder, const SourceDescription& source) {
 std::unique_ptr<VolumeSource> open_folder(const std::string& folder, const SourceDescription& source) {
   if (source.raw) return open_raw_directory(folder, source);
   const Way way = way_of_folder(folder, source);
+  if (way.program.empty() && way.format->reads.open_folder != nullptr) {
+    if (!source.dataset.empty())
+      throw UsageError(
+          Sentence{"{}: is one volume; leave out {}", {folder, Setting{"dataset", "the data set"}}});
+    return way.format->reads.open_folder(folder, source);
+  }
   if (way.program.empty() ||
       (way.format != nullptr && !way.format->reads.has_folders && way.format->reads.is_folder == nullptr))
     throw UsageError(fmt::format("{}: is a directory, not {}", folder, way.format->what));
@@ -373,8 +385,8 @@ void keep_doubts(VolumeSource& volume, const std::string& path) {
 
 const Format* readable_format(const std::string& path) {
   FileBytes file(path);
-  if (const Format* format = recognized(file)) return format;
-  return file.peek(1).empty() ? nullptr : format_of_name(path);
+  const Format* format = recognized(file);
+  return format != nullptr ? format : format_of_name(file, path);
 }
 
 std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceDescription& source) {
@@ -403,53 +415,16 @@ std::shared_ptr<const SourceFacts> facts_to_open_again(const VolumeSource& volum
   return std::make_shared<const SourceFacts>(facts);
 }
 
-namespace {
-
-/// The files of the series that is asked for, or of the only one. Throws UsageError, and BrokenInput if there
-/// are none.
-NumberedFiles raw_series(const std::string& folder, const SourceDescription& source) {
-  std::vector<NumberedFiles> series = numbered_files(visible_files(folder));
-  if (series.empty()) throw BrokenInput(folder + ": has no files");
-  if (!source.series.empty()) {
-    std::vector<NumberedFiles> meant;
-    for (const NumberedFiles& files : series)
-      if (files.pattern == source.series) meant.push_back(files);
-    if (meant.size() > 1)
-      throw UsageError(fmt::format(
-          "{}: has {} series that are called {}; move the files of one of them to another directory", folder,
-          meant.size(), source.series));
-    for (std::size_t i = 0; i < series.size() && meant.empty(); ++i)
-      if (std::to_string(i + 1) == source.series) meant = {series[i]};
-    if (meant.empty())
-      throw UsageError(Sentence{"{}: has no series {}; without {}, the existing ones are listed",
-                                {folder, source.series, Setting{"series", "this setting"}}});
-    series = std::move(meant);
-  }
-  if (series.size() != 1) {
-    std::vector<Choice> choices;
-    for (const NumberedFiles& files : series)
-      choices.push_back({files.pattern, fmt::format("{} files", files.paths.size())});
-    const Sentence sentence{"{}: holds {} series of files; choose one with {}, by its number or its name:",
-                            {folder, choices.size(), Setting{"series", "the series"}}};
-    throw UsageError(sentence, std::move(choices));
-  }
-  return std::move(series.front());
-}
-
-}  // namespace
-
 std::unique_ptr<VolumeSource> open_raw_directory(const std::string& folder, const SourceDescription& source) {
   const RawDescription& raw = *source.raw;
-  NumberedFiles files = raw_series(folder, source);
-  if (files.same) throw BrokenInput(fmt::format("{}: {}", folder, same_in_words(files)));
+  NumberedFiles files = chosen_series(folder, visible_files(folder), source);
   const auto count = static_cast<std::int64_t>(files.paths.size());
   if (!sample_bytes(raw.dims, raw.type) || raw.dims.z % count != 0)
     throw BrokenInput(fmt::format("{}: {} files cannot have equal parts of {}{}", folder, count,
                                   described(raw.dims, raw.type),
                                   files.gap ? "; " + gap_in_words(files) : ""));
   // Checked last: if the parts are unequal, accepting gaps does not help.
-  if (files.gap && !source.gaps_ok)
-    throw BrokenInput(fmt::format("{}: {}", folder, gap_in_words(files)), Problem::slices_missing);
+  require_no_gap(folder, files, source);
   const std::int64_t slices = raw.dims.z / count;
   const std::uint64_t slice = *sample_bytes({raw.dims.x, raw.dims.y, 1}, raw.type);
   std::vector<SliceRun> runs;

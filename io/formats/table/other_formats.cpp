@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "io/formats/nifti/header.h"
+#include "io/formats/png/outline.h"
 #include "io/formats/table/layouts.h"
 #include "io/formats/zarr/container.h"
 #include "io/system/files.h"
@@ -68,10 +69,6 @@ bool begins_gatan(std::string_view b) {
          ((version == 3 && big_endian_at(b, 8) <= 1) || (version == 4 && big_endian_at(b, 12) <= 1));
 }
 
-bool begins_n5(std::string_view b) {
-  return b.starts_with('{') && (b.find("\"n5\"") != b.npos || b.find("\"blockSize\"") != b.npos);
-}
-
 bool begins_xml_with(std::string_view b, std::string_view element) {
   const std::size_t begin = b.find_first_not_of("\xEF\xBB\xBF \t\r\n");
   return begin != b.npos && b[begin] == '<' && b.substr(0, 1024).find(element) != b.npos;
@@ -98,14 +95,11 @@ std::vector<OtherFormat> rows_of_volumes() {
        .what = "is already a .tag file",
        .advice = "decode it, or give the original volume",
        .magic = {{"\x89TAG"}}},
-      {.name = "TXM",
-       .what = "is a Zeiss TXM or TXRM scan",
-       .advice = "export it as TIFF in Zeiss's program, or convert it with txrm2tiff",
-       .magic = {{"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"}},
-       .extensions = {".txm", ".txrm", ".xrm"}},
       {.name = "OLE2",
-       .what = "is an OLE2 file, such as a Zeiss TXM or TXRM scan or an Olympus OIB image",
-       .advice = "export it as TIFF in the scanner's program, or convert it with txrm2tiff or bfconvert",
+       .what = "is an OLE2 file, such as an Olympus OIB image",
+       .advice =
+           "export it as TIFF in the scanner's program, or convert it with bfconvert; a Zeiss scan needs its "
+           "extension (.txm, .txrm)",
        .magic = {{"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"}}},
       {.name = "HyperSurface",
        .what = "is a surface of Amira or Avizo",
@@ -123,7 +117,7 @@ std::vector<OtherFormat> rows_of_volumes() {
        .extensions = {".mgz"}},
       {.name = "N5",
        .what = "is the description of an N5 container",
-       .advice = "convert the container to OME-Zarr, for example with Fiji",
+       .advice = "give the directory that contains it",
        .is_mine = begins_n5},
       {.name = "FITS",
        .what = "is a FITS file",
@@ -205,7 +199,11 @@ std::vector<OtherFormat> rows_of_volumes() {
 
 std::vector<OtherFormat> rows_of_images_and_archives() {
   return {
-      {.name = "PNG", .what = "is a PNG image", .advice = images, .magic = {{"\x89PNG\r\n\x1a\n"}}},
+      {.name = "PNG",
+       .what = "is a PNG image, but not one of gray samples of 8 or 16 bits",
+       .advice = "convert it to such an image, if its colors stand for single numbers",
+       .is_mine =
+           [](std::string_view b) { return b.starts_with("\x89PNG\r\n\x1a\n") && !begins_gray_png(b); }},
       {.name = "JPEG", .what = "is a JPEG image", .advice = images, .magic = {{"\xff\xd8\xff"}}},
       {.name = "GIF", .what = "is a GIF image", .advice = images, .magic = {{"GIF8"}}},
       {.name = "WebP",
@@ -295,14 +293,6 @@ Sentence about_other_format(const OtherFormat& format, std::string_view beginnin
     sentence.terms.emplace_back(Setting{"endian", "byte order"});
   }
   return sentence;
-}
-
-std::optional<std::string_view> other_format_of_folder(const std::string& folder) {
-  const std::string attributes = (fs::path(folder) / "attributes.json").string();
-  if (const auto status = status_of(attributes); !status || !status->is_file()) return std::nullopt;
-  FileBytes file(attributes);
-  if (!begins_n5(file.peek(most_bytes_of_others))) return std::nullopt;
-  return "is an N5 container; convert it to OME-Zarr, for example with Fiji";
 }
 
 }  // namespace tagrid

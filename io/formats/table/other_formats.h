@@ -46,7 +46,4 @@ const OtherFormat* other_format_of(std::string_view beginning, const std::string
 Sentence about_other_format(const OtherFormat& format, std::string_view beginning,
                             std::optional<std::uint64_t> size);
 
-/// The same for a directory, if it has one of these formats; nothing otherwise.
-std::optional<std::string_view> other_format_of_folder(const std::string& folder);
-
 }  // namespace tagrid

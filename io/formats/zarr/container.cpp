@@ -9,6 +9,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/files/file_bytes.h"
 #include "io/files/output_file.h"
 #include "io/files/output_folder.h"
 #include "io/samples/file_sink.h"
@@ -130,6 +131,18 @@ class ZipContainer final : public ZarrContainer {
 bool has_zarr_metadata(const std::string& folder) {
   return std::ranges::any_of(std::array{"/zarr.json", "/.zgroup", "/.zarray"},
                              [&](const char* name) { return is_file(folder + name); });
+}
+
+bool begins_n5(std::string_view b) {
+  return b.starts_with('{') && (b.find("\"n5\"") != b.npos || b.find("\"blockSize\"") != b.npos);
+}
+
+bool is_n5_folder(const std::string& folder) {
+  constexpr std::size_t enough = 1 << 14;
+  const std::string path = folder.substr(0, folder.find_last_not_of('/') + 1),
+                    attributes = path + "/attributes.json";
+  if (lower_case(path).ends_with(".n5")) return true;
+  return is_file(attributes) && begins_n5(FileBytes(attributes).peek(enough));
 }
 
 bool begins_zarr_in_zip(std::string_view b) {

@@ -187,15 +187,20 @@ std::string why_not_readable(DcmDataset& dataset, const DicomFile& file) {
   return "";
 }
 
+// Syntaxes that not all releases of the library have names for.
+constexpr std::string_view jpeg_xl_of_jpeg = "1.2.840.10008.1.2.4.111", jpeg_xl = "1.2.840.10008.1.2.4.112",
+                           ht_jpeg2000 = "1.2.840.10008.1.2.4.203";
+
 std::string lossy_compression(DcmDataset& dataset, const DicomFile& file) {
   const std::string said = text_of(dataset, DCM_LossyImageCompression).value_or("");
   const std::string& syntax = file.pixels.syntax;
-  bool is_lossy =
-      said == "01" || syntax == UID_JPEGProcess1TransferSyntax || syntax == UID_JPEGProcess2_4TransferSyntax;
+  bool is_lossy = said == "01" || syntax == UID_JPEGProcess1TransferSyntax ||
+                  syntax == UID_JPEGProcess2_4TransferSyntax || syntax == jpeg_xl_of_jpeg;
   if (!is_lossy && file.pixels.encapsulated) {
     // These syntaxes may hold images without a loss, too.
     const bool may_be =
-        said != "00" && (syntax == UID_JPEGLSLossyTransferSyntax || syntax == UID_JPEG2000TransferSyntax);
+        said != "00" && (syntax == UID_JPEGLSLossyTransferSyntax || syntax == UID_JPEG2000TransferSyntax ||
+                         syntax == ht_jpeg2000 || syntax == jpeg_xl);
     is_lossy = has_lossy_stream(file.path, file.pixels).value_or(may_be);
   }
   if (!is_lossy) return "";

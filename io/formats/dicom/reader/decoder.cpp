@@ -9,11 +9,13 @@
 
 #include <algorithm>
 #include <cstring>
-#include <limits>
+#include <span>
 
 #include "io/errors/errors.h"
 #include "io/formats/codecs/jpeg2000.h"
+#include "io/formats/dicom/reader/jpeg_xl.h"
 #include "io/formats/dicom/reader/pixel_element.h"
+#include "io/samples/stored_bits.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -32,6 +34,40 @@ void register_codecs() {
 bool is_jpeg(E_TransferSyntax syntax) {
   return syntax == EXS_JPEGProcess1 || syntax == EXS_JPEGProcess2_4 || syntax == EXS_JPEGProcess14 ||
          syntax == EXS_JPEGProcess14SV1;
+}
+
+/// True for code streams that DCMTK does not decode, or not as it should: it takes whatever RLE holds.
+bool is_decoded_here(const DicomPixels& pixels) {
+  return pixels.is_jpeg2000() || pixels.is_jpeg_xl() || pixels.syntax == UID_RLELosslessTransferSyntax;
+}
+
+int read_jpeg2000(std::span<const std::byte> stream, const DicomPixels& pixels, std::byte* out) {
+  const Jpeg2000Image image = decode_jpeg2000(stream, pixels.columns, pixels.rows);
+  if (image.bits > pixels.allocated)
+    throw BrokenInput(
+        fmt::format("the code stream has {} bits, but a sample has {}", image.bits, pixels.allocated));
+  if (image.is_signed && !pixels.is_signed &&
+      std::ranges::any_of(image.samples, [](std::int32_t sample) { return sample < 0; }))
+    throw BrokenInput(
+        "the code stream has negative samples, but the file says that samples have no sign "
+        "(PixelRepresentation)");
+  store_samples(image, static_cast<std::size_t>(pixels.allocated) / 8, out);
+  return image.bits;
+}
+
+int read_jpeg_xl(std::span<const std::byte> stream, const DicomPixels& pixels, std::byte* out) {
+  const JpegXlImage image = decode_jpeg_xl(stream, pixels.columns, pixels.rows);
+  if (image.bits > pixels.allocated)
+    throw BrokenInput(
+        fmt::format("the code stream has {} bits, but a sample has {}", image.bits, pixels.allocated));
+  with_bits_of(static_cast<std::size_t>(pixels.allocated) / 8, [&]<class Bits>(Bits) {
+    for (const std::uint16_t sample : image.samples) {
+      const auto bits = static_cast<Bits>(sample);
+      std::memcpy(out, &bits, sizeof bits);
+      out += sizeof bits;
+    }
+  });
+  return image.bits;
 }
 
 }  // namespace
@@ -58,9 +94,10 @@ Uint32 DicomDecoder::fragment_of(std::size_t frame) {
   return start;
 }
 
-/// Fragments from `begin` on, one after the other, at most to `end`, until they have so many bytes.
-std::vector<std::byte> DicomDecoder::stream_from(Uint32 begin, Uint32 end, std::size_t enough) {
+/// Fragments from `begin` on, one after the other, until they have so many bytes.
+std::vector<std::byte> DicomDecoder::beginning_from(Uint32 begin, std::size_t enough) {
   std::vector<std::byte> bytes;
+  const auto end = static_cast<Uint32>(fragments().card());
   for (Uint32 i = begin; i < end && bytes.size() < enough; ++i) {
     DcmPixelItem* fragment = nullptr;
     Uint8* data = nullptr;
@@ -73,50 +110,23 @@ std::vector<std::byte> DicomDecoder::stream_from(Uint32 begin, Uint32 end, std::
   return bytes;
 }
 
-/// All fragments of a frame, one after the other.
-std::vector<std::byte> DicomDecoder::stream_of(std::size_t frame) {
-  return stream_from(fragment_of(frame), fragment_of(frame + 1), std::numeric_limits<std::size_t>::max());
-}
-
-int DicomDecoder::read_jpeg2000(std::size_t frame, std::byte* out) {
-  Jpeg2000Image image;
-  try {
-    image = decode_jpeg2000(stream_of(frame), file_.pixels.columns, file_.pixels.rows);
-  } catch (const BrokenInput& error) {
-    if (std::string_view(error.what()).starts_with(file_.path)) throw;
-    fail(error.what());
-  }
-  const std::size_t size = static_cast<std::size_t>(file_.pixels.allocated) / 8;
-  if (image.bits > file_.pixels.allocated)
-    fail(fmt::format("the code stream has {} bits, but a sample has {}", image.bits, file_.pixels.allocated));
-  if (image.is_signed && !file_.pixels.is_signed &&
-      std::ranges::any_of(image.samples, [](std::int32_t sample) { return sample < 0; }))
-    fail(fmt::format(
-        "frame {}: the code stream has negative samples, but the file says that samples have no sign "
-        "(PixelRepresentation)",
-        frame + 1));
-  store_samples(image, size, out);
-  return image.bits;
-}
-
-int DicomDecoder::read_rle(std::size_t frame, std::byte* out) {
+int DicomDecoder::read_stream(std::size_t frame, std::byte* out) try {
+  const std::vector<std::byte> stream = streams_->stream_of(frame);
   const DicomPixels& pixels = file_.pixels;
-  try {
-    decode_rle(stream_of(frame), static_cast<std::size_t>(pixels.allocated) / 8,
-               static_cast<std::size_t>(pixels.columns * pixels.rows), out);
-  } catch (const BrokenInput& error) {
-    if (std::string_view(error.what()).starts_with(file_.path)) throw;
-    fail(fmt::format("frame {}: {}", frame + 1, error.what()));
-  }
+  if (pixels.is_jpeg2000()) return read_jpeg2000(stream, pixels, out);
+  if (pixels.is_jpeg_xl()) return read_jpeg_xl(stream, pixels, out);
+  decode_rle(stream, static_cast<std::size_t>(pixels.allocated) / 8,
+             static_cast<std::size_t>(pixels.columns * pixels.rows), out);
   return pixels.stored;
+} catch (const BrokenInput& error) {
+  fail(fmt::format("frame {}: {}", frame + 1, error.what()));
 }
 
 /// The library decodes whatever a stream holds, into the space of what the file says.
 void DicomDecoder::check_jpeg_frame(std::size_t frame) {
   constexpr std::size_t most_bytes = 1 << 16;
   const DicomPixels& pixels = file_.pixels;
-  const auto found =
-      jpeg_frame(stream_from(next_fragment_, static_cast<Uint32>(fragments().card()), most_bytes));
+  const auto found = jpeg_frame(beginning_from(next_fragment_, most_bytes));
   if (!found) fail(fmt::format("frame {}: its code stream has no header", frame + 1));
   if (found->columns != pixels.columns || found->rows != pixels.rows || found->components != 1 ||
       (found->bits > 8 ? 16 : 8) != pixels.allocated)
@@ -149,8 +159,16 @@ int DicomDecoder::read_other(std::size_t frame, std::byte* out) {
 }
 
 DicomDecoder::DicomDecoder(const DicomFile& file) : file_(file) {
-  register_codecs();
   if (file.pixels.frame_bytes() >= std::uint64_t{1} << 31) fail("a frame is too large to be decoded");
+  if (file.pixels.encapsulated && is_decoded_here(file.pixels)) {
+    try {
+      streams_.emplace(file);
+    } catch (const BrokenInput& error) {
+      fail(error.what());
+    }
+    return;
+  }
+  register_codecs();
   // Fragments stay in the file until they are needed.
   const OFCondition result = format_.loadFile(file.path.c_str(), EXS_Unknown, EGL_noChange, 4096);
   if (result.bad()) fail(result.text());
@@ -161,10 +179,7 @@ DicomDecoder::DicomDecoder(const DicomFile& file) : file_(file) {
 }
 
 int DicomDecoder::read_frame(std::size_t frame, std::byte* out) {
-  const E_TransferSyntax syntax = format_.getDataset()->getOriginalXfer();
-  if (syntax == EXS_RLELossless) return read_rle(frame, out);
-  const bool is_jpeg2000 = syntax == EXS_JPEG2000 || syntax == EXS_JPEG2000LosslessOnly;
-  return is_jpeg2000 ? read_jpeg2000(frame, out) : read_other(frame, out);
+  return streams_ ? read_stream(frame, out) : read_other(frame, out);
 }
 
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-// Samples that must be decoded: JPEG, JPEG-LS, JPEG 2000, RLE, deflate.
+// Samples that must be decoded: JPEG, JPEG-LS, JPEG 2000, JPEG XL, RLE, deflate.
 #pragma once
 
 #include <dcmtk/config/osconfig.h>
@@ -9,10 +9,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <vector>
 
 #include "io/formats/dicom/reader/dicom_file.h"
+#include "io/formats/dicom/reader/fragments.h"
 
 namespace tagrid {
 
@@ -34,14 +36,13 @@ class DicomDecoder {
   [[noreturn]] void fail(std::string_view why) const;
   DcmPixelSequence& fragments();
   Uint32 fragment_of(std::size_t frame);
-  std::vector<std::byte> stream_from(Uint32 begin, Uint32 end, std::size_t enough);
-  std::vector<std::byte> stream_of(std::size_t frame);
-  int read_rle(std::size_t frame, std::byte* out);
+  std::vector<std::byte> beginning_from(Uint32 begin, std::size_t enough);
+  int read_stream(std::size_t frame, std::byte* out);
   void check_jpeg_frame(std::size_t frame);
-  int read_jpeg2000(std::size_t frame, std::byte* out);
   int read_other(std::size_t frame, std::byte* out);
 
   const DicomFile& file_;
+  std::optional<CodeStreams> streams_;  ///< those that the library does not decode
   DcmFileFormat format_;
   DcmPixelData* pixels_ = nullptr;
   DcmFileCache cache_;

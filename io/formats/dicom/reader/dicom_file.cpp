@@ -434,6 +434,8 @@ std::vector<PlainPiece> pieces_of(const DicomFile& file, std::size_t number, std
 }  // namespace
 
 bool may_have_wider_streams(const DicomFile& file) {
+  if (file.pixels.is_jpeg_xl())
+    return bits_of_jpeg_xl(file).value_or(file.pixels.allocated) > file.pixels.stored;
   if (!file.pixels.is_jpeg2000()) return false;
   try {
     const Bytes bytes(file.path);

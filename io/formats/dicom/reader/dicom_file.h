@@ -98,7 +98,16 @@ struct DicomPixels {
     return static_cast<std::uint64_t>(columns * rows) * static_cast<std::uint64_t>(allocated / 8);
   }
   bool is_jpeg2000() const {
-    return syntax == "1.2.840.10008.1.2.4.90" || syntax == "1.2.840.10008.1.2.4.91";
+    return syntax == "1.2.840.10008.1.2.4.90" || syntax == "1.2.840.10008.1.2.4.91" || is_ht_jpeg2000();
+  }
+  /// JPEG 2000 with another coder of its bits, which OpenJPEG decodes, too.
+  bool is_ht_jpeg2000() const {
+    return syntax == "1.2.840.10008.1.2.4.201" || syntax == "1.2.840.10008.1.2.4.202" ||
+           syntax == "1.2.840.10008.1.2.4.203";
+  }
+  bool is_jpeg_xl() const {
+    return syntax == "1.2.840.10008.1.2.4.110" || syntax == "1.2.840.10008.1.2.4.111" ||
+           syntax == "1.2.840.10008.1.2.4.112";
   }
 };
 

@@ -12,52 +12,13 @@
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
 #include "io/formats/codecs/jpeg2000.h"
+#include "io/formats/dicom/reader/fragments.h"
+#include "io/formats/dicom/reader/jpeg_xl.h"
 #include "io/programs/stored_samples.h"
 #include "io/text/text.h"
 
 namespace tagrid {
 namespace {
-
-constexpr std::uint64_t item_head = 8;  // bytes
-constexpr std::uint32_t item_tag = 0xE000FFFE, end_tag = 0xE0DDFFFE;
-/// Files with more fragments of plain samples are refused.
-constexpr std::size_t most_stretches = 1 << 20;
-
-/// One of the fragments, or the table of offsets, which is the first item.
-struct Item {
-  std::uint64_t begin = 0, length = 0;  ///< of its content
-
-  std::uint64_t end() const { return begin + length; }
-};
-
-/// The item whose head is at `at`; nothing if there is none, or not all of it.
-std::optional<Item> item_at(const ByteSource& file, std::uint64_t at) {
-  std::array<std::byte, item_head> head;
-  if (at > file.size() || file.size() - at < item_head) return std::nullopt;
-  file.read_at(at, head);
-  const auto length = load_little_endian<std::uint32_t>(head.data() + 4);
-  const Item item{at + item_head, length};
-  if (load_little_endian<std::uint32_t>(head.data()) != item_tag || length == unknown_length ||
-      item.end() > file.size())
-    return std::nullopt;
-  return item;
-}
-
-bool is_end(const ByteSource& file, std::uint64_t at) {
-  std::array<std::byte, 4> tag;
-  if (at > file.size() || file.size() - at < tag.size()) return false;
-  file.read_at(at, tag);
-  return load_little_endian<std::uint32_t>(tag.data()) == end_tag;
-}
-
-/// True if a fragment begins as a code stream does: of JPEG and JPEG-LS, or of JPEG 2000.
-bool begins_stream(const ByteSource& file, const Item& item) {
-  if (item.length < 3) return false;
-  std::array<std::byte, 3> b;
-  file.read_at(item.begin, b);
-  const auto at = [&](std::size_t i) { return std::to_integer<unsigned>(b[i]); };
-  return at(0) == 0xFF && ((at(1) == 0xD8 && at(2) == 0xFF) || (at(1) == 0x4F && at(2) == 0xFF));
-}
 
 void note_more_frames(DicomFile& file, std::uint64_t found) {
   const std::uint64_t frames = file.frames.size();
@@ -160,7 +121,7 @@ void check_streams(DicomFile& file, const ByteSource& bytes, std::uint64_t begin
   const bool is_rle = file.pixels.syntax == "1.2.840.10008.1.2.5";
   std::uint64_t streams = 0;
   for (auto item = item_at(bytes, table->end()); item; item = item_at(bytes, item->end()))
-    if (is_rle || begins_stream(bytes, *item)) ++streams;
+    if (is_rle || begins_stream(bytes, *item, file.pixels)) ++streams;
   const std::uint64_t found = std::max(streams, table->length / 4);
   if (found > frames) note_more_frames(file, found);
 }
@@ -168,25 +129,17 @@ void check_streams(DicomFile& file, const ByteSource& bytes, std::uint64_t begin
 void find_plain_fragments(DicomFile& file, const ByteSource& bytes, std::uint64_t begin) {
   DicomPixels& pixels = file.pixels;
   const std::uint64_t frames = file.frames.size(), frame = pixels.frame_bytes(), even = frame + frame % 2;
-  const auto table = item_at(bytes, begin);
-  if (!table) throw BrokenInput("its fragments cannot be found");
-  std::vector<DicomPixels::Stretch> items;
-  std::uint64_t at = table->end(), all = 0;
-  for (auto item = item_at(bytes, at); item; item = item_at(bytes, at)) {
-    items.push_back({item->begin, item->length});
-    if (items.size() > most_stretches) throw BrokenInput("its fragments are too many");
-    all += item->length;
-    at = item->end();
-  }
-  if (!is_end(bytes, at)) throw BrokenInput("ends too soon, within its pixels, or its fragments are damaged");
+  const std::vector<FragmentItem> items = fragments_from(bytes, begin);
+  std::uint64_t all = 0;
+  for (const FragmentItem& item : items) all += item.length;
   const bool one_each = std::ranges::all_of(
       items, [&](const auto& item) { return item.length == frame || item.length == even; });
   if (one_each && items.size() >= frames) {
-    pixels.offset = items.front().offset;
+    pixels.offset = items.front().begin;
     pixels.step = even + item_head;
     // Items of odd length are forbidden, but exist.
     for (std::size_t i = 0; i < items.size() && frames > 1; ++i)
-      if (items[i].offset != *pixels.offset + i * pixels.step)
+      if (items[i].begin != *pixels.offset + i * pixels.step)
         throw BrokenInput("its fragments have odd lengths");
     if (items.size() > frames) note_more_frames(file, items.size());
     return;
@@ -195,7 +148,7 @@ void find_plain_fragments(DicomFile& file, const ByteSource& bytes, std::uint64_
     throw BrokenInput(fmt::format("its fragments have {} bytes, but {} x {} samples of {} bits in {} have {}",
                                   all, pixels.columns, pixels.rows, pixels.allocated,
                                   counted(frames, "frame"), frames * frame));
-  pixels.stretches = std::move(items);
+  for (const FragmentItem& item : items) pixels.stretches.push_back({item.begin, item.length});
 }
 
 void read_from_stretches(const DicomFile& file, std::size_t frame, std::byte* out) {
@@ -224,10 +177,19 @@ std::uint64_t first_stream(const ByteSource& file, std::uint64_t fragments) {
   return fragments + 8 + length_at(file, fragments) + 8;
 }
 
+std::optional<int> bits_of_jpeg_xl(const DicomFile& file) try {
+  return jpeg_xl_header(beginning_of_stream(FileSource(file.path), *file.pixels.encapsulated)).bits;
+} catch (const BrokenInput&) {
+  return std::nullopt;  // decoding it will say what is wrong
+}
+
 void note_stream_without_sign(DicomFile& file) {
-  if (!file.pixels.is_jpeg2000() || !file.pixels.encapsulated || !file.pixels.is_signed) return;
+  const DicomPixels& pixels = file.pixels;
+  if (!(pixels.is_jpeg2000() || pixels.is_jpeg_xl()) || !pixels.encapsulated || !pixels.is_signed) return;
   try {
-    if (jpeg2000_header(beginning_of_stream(FileSource(file.path), *file.pixels.encapsulated)).is_signed)
+    // Those of JPEG XL never have one.
+    if (pixels.is_jpeg2000() &&
+        jpeg2000_header(beginning_of_stream(FileSource(file.path), *file.pixels.encapsulated)).is_signed)
       return;
     file.notes.miss(
         "PixelRepresentation",
@@ -241,10 +203,12 @@ void note_stream_without_sign(DicomFile& file) {
 std::optional<bool> has_lossy_stream(const std::string& path, const DicomPixels& pixels) {
   const bool is_jpeg_ls =
       pixels.syntax == "1.2.840.10008.1.2.4.80" || pixels.syntax == "1.2.840.10008.1.2.4.81";
-  if (!pixels.is_jpeg2000() && !is_jpeg_ls) return std::nullopt;
+  if (!pixels.is_jpeg2000() && !pixels.is_jpeg_xl() && !is_jpeg_ls) return std::nullopt;
   try {
     const std::vector<std::byte> stream = beginning_of_stream(FileSource(path), *pixels.encapsulated);
     if (pixels.is_jpeg2000()) return !jpeg2000_header(stream).is_lossless;
+    if (pixels.is_jpeg_xl())
+      return jpeg_xl_header(stream).has_own_colors ? std::nullopt : std::optional(true);
     const auto error = error_of_jpeg_ls(stream);
     return error ? std::optional(*error > 0) : std::nullopt;
   } catch (const BrokenInput&) {

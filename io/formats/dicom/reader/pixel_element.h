@@ -46,12 +46,16 @@ void read_from_stretches(const DicomFile& file, std::size_t frame, std::byte* ou
 /// the table.
 std::uint64_t first_stream(const ByteSource& file, std::uint64_t fragments);
 
-/// Notes a code stream of JPEG 2000 without a sign, if the file says that samples have one. Throws
+/// The bits of a sample in the code stream of the first frame, which is one of JPEG XL; nothing if it is damaged.
+/// Throws WorldError. REQUIRES: pixels.encapsulated.
+std::optional<int> bits_of_jpeg_xl(const DicomFile& file);
+
+/// Notes a code stream of JPEG 2000 or JPEG XL without a sign, if the file says that samples have one. Throws
 /// WorldError.
 void note_stream_without_sign(DicomFile& file);
 
 /// Whether the code stream of the first frame was made with a loss: by the irreversible wavelet of JPEG 2000
-/// (9-7), or as near-lossless JPEG-LS. Nothing if the stream does not say, for it is damaged, or of another
+/// (9-7), as near-lossless JPEG-LS, or in the colors of JPEG XL. Nothing if the stream does not say, for it is damaged, or of another
 /// kind. Throws WorldError. REQUIRES: pixels.encapsulated.
 std::optional<bool> has_lossy_stream(const std::string& path, const DicomPixels& pixels);
 

@@ -1,4 +1,4 @@
-// tagrid-read-dicom: reads DICOM series with DCMTK and OpenJPEG.
+// tagrid-read-dicom: reads DICOM series with DCMTK, OpenJPEG and libjxl.
 
 #include <dcmtk/config/osconfig.h>
 // The configuration comes first.
@@ -203,7 +203,10 @@ class DicomVolume final : public ServedVolume {
     for (std::size_t z = 0; z < slices_.size(); ++z) {
       const DicomSlice& slice = slices_[z];
       const DicomPixels& pixels = files_[slice.file].pixels;
-      memory = std::max(memory, 6 * pixels.frame_bytes() + (std::uint64_t{16} << 20));
+      // Decoders have a sample several times, that of JPEG XL also as parts of three colors.
+      const std::uint64_t frame =
+          pixels.is_jpeg_xl() ? static_cast<std::uint64_t>(dims.x * dims.y) * 40 : 6 * pixels.frame_bytes();
+      memory = std::max(memory, frame + (std::uint64_t{16} << 20));
       if (!pixels.offset) return;
       SliceRun run{slice.file,
                    *pixels.offset + slice.frame * pixels.step,

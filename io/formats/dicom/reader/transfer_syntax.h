@@ -28,7 +28,7 @@ struct TransferSyntax {
 /// What is known of the syntax with this UID.
 TransferSyntax transfer_syntax(std::string_view uid);
 
-/// "High-Throughput JPEG 2000 (1.2.840.10008.1.2.4.203)", or the UID alone.
+/// "JPEG 2000 Multicomponent (1.2.840.10008.1.2.4.93)", or the UID alone.
 std::string in_words(const TransferSyntax& syntax, std::string_view uid);
 
 }  // namespace tagrid

@@ -165,7 +165,8 @@ class Jp2Slices final : public ServedVolume {
     // A loss is not undone by a lossless copy.
     if (!is_lossless) pairs.emplace_back(lossy_source_key, "JPEG 2000, irreversible wavelet (9-7)");
     add_bytes_after(after_, warnings);
-    set_spacing();
+    constexpr double meter = 1000;  // millimeters
+    resolution_.describe(files.front(), meter, geometry, warnings);
   }
 
   void read_slice(std::int64_t z, std::byte* out) override {
@@ -197,27 +198,12 @@ class Jp2Slices final : public ServedVolume {
       not_understood.push_back(
           path + ": it says that it needs extensions of JPEG 2000 (part 2), which may change samples");
     if (outline.after > 0) after_.push_back({path, outline.after});
-    const std::pair resolution(outline.x_per_meter, outline.y_per_meter);
-    if (path == files.front()) resolution_ = resolution;
-    has_one_resolution_ = has_one_resolution_ && resolution == resolution_;
-  }
-
-  void set_spacing() {
-    constexpr double meter = 1000;  // millimeters
-    const auto [x, y] = resolution_;
-    if (!has_one_resolution_)
-      warnings.push_back(files.front() +
-                         ": its slices have different resolutions, so its spacing is unknown");
-    if (!has_one_resolution_ || x == 0 || y == 0) return;
-    SpacingOfSlice found = spacing_of_resolution(x, y, meter);
-    geometry = std::move(found.geometry);
-    if (!found.remark.empty()) warnings.push_back(files.front() + ": " + found.remark);
+    resolution_.add(outline.x_per_meter, outline.y_per_meter);
   }
 
   Jpeg2000Image first_;
   std::vector<BytesAfter> after_;
-  std::pair<double, double> resolution_;  // samples per meter; 0 if that is not stated
-  bool has_one_resolution_ = true;
+  ResolutionOfSlices resolution_;
 };
 
 }  // namespace

@@ -30,7 +30,10 @@ class Reading {
       : name_(joined(store.path(), node.metadata_key)), json_(node.metadata) {
     array_.path = node.path;
     array_.attributes = node.attributes;
-    if (node.is_version_2())
+    array_.is_n5 = node.is_n5();
+    if (node.is_n5())
+      read_n5();
+    else if (node.is_version_2())
       read_version_2();
     else
       read_version_3();
@@ -42,7 +45,7 @@ class Reading {
 
  private:
   [[noreturn]] void refuse(const std::string& why) const {
-    throw BrokenInput(fmt::format("{}: Zarr: {}", name_, why));
+    throw BrokenInput(fmt::format("{}: {}: {}", name_, array_.format(), why));
   }
   const Json& required(const Json& object, const char* key) const {
     const Json& value = member(object, key);
@@ -61,6 +64,32 @@ class Reading {
       sizes.push_back(size.get<std::int64_t>());
     }
     return sizes;
+  }
+
+  /// Axes come in the order of the array here, the slowest one first.
+  void read_n5() {
+    array_.shape = sizes(json_, "dimensions", 0);
+    array_.chunk = sizes(json_, "blockSize", 1);
+    std::ranges::reverse(array_.shape);
+    std::ranges::reverse(array_.chunk);
+    array_.piece = array_.chunk;
+    const Json& type = required(json_, "dataType");
+    array_.type_name = type.is_string() ? printable(type.get<std::string>()) : shown(type);
+    array_.type = sample_type_named(array_.type_name);
+    array_.big_endian = true;
+    array_.order.resize(array_.shape.size());
+    std::iota(array_.order.begin(), array_.order.end(), std::size_t{0});
+    const Json& compression = member(json_, "compression");
+    // Version 1 had a name instead of an object.
+    const std::string name =
+        compression.is_null() ? text_at(json_, "compressionType") : text_at(compression, "type");
+    if (name.empty()) refuse(fmt::format("its compression is {}", shown(compression)));
+    if (name != "raw") add_codec(name);
+    if (array_.type) array_.fill.assign(size_of(*array_.type), std::byte{0});
+    const Json& names = member(array_.attributes, "axes");
+    if (!names.is_array() || names.size() != array_.shape.size()) return;
+    for (const Json& axis : names)
+      array_.axis_names.insert(array_.axis_names.begin(), axis.is_string() ? axis.get<std::string>() : "");
   }
 
   void read_version_2() {
@@ -320,12 +349,31 @@ std::uint64_t ZarrArray::piece_bytes() const {
 
 std::string ZarrArray::key(const std::vector<std::int64_t>& numbers) const {
   std::string name = first_of_keys;
-  for (const std::int64_t number : numbers) {
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
     if (!name.empty()) name += separator;
-    name += std::to_string(number);
+    name += std::to_string(numbers[is_n5 ? numbers.size() - 1 - i : i]);
   }
   return joined(path, name);
 }
+
+namespace {
+
+/// N5 has one file for all attributes, also those that make an array.
+std::optional<ZarrNode> n5_node(const ZarrStore& store, const std::string& path) {
+  ZarrNode node;
+  node.path = path;
+  node.metadata_key = joined(path, "attributes.json");
+  auto json = json_at(store, node.metadata_key);
+  if (!json) return std::nullopt;
+  node.metadata = std::move(*json);
+  node.is_array = node.metadata.contains("dimensions") && node.metadata.contains("dataType");
+  node.attributes = node.metadata;
+  for (const char* own : {"n5", "dimensions", "blockSize", "dataType", "compression", "compressionType"})
+    node.attributes.erase(own);
+  return node;
+}
+
+}  // namespace
 
 std::optional<ZarrNode> zarr_node(const ZarrStore& store, const std::string& path) {
   if (!path.empty() && !is_safe_name(path)) return std::nullopt;
@@ -353,7 +401,7 @@ std::optional<ZarrNode> zarr_node(const ZarrStore& store, const std::string& pat
     if (node.metadata.is_null()) {
       node.metadata_key = joined(path, ".zattrs");
       auto attributes = json_at(store, node.metadata_key);
-      if (!attributes) return std::nullopt;
+      if (!attributes) return n5_node(store, path);
       node.metadata = Json::object();
       node.attributes = std::move(*attributes);
     }

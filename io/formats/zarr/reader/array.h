@@ -1,10 +1,11 @@
-// The metadata of Zarr arrays, versions 2 and 3: https://zarr-specs.readthedocs.io
+// The metadata of Zarr arrays, versions 2 and 3, and of N5: https://zarr-specs.readthedocs.io
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/formats/zarr/reader/codecs.h"
@@ -20,6 +21,7 @@ struct ZarrShards {
 };
 
 struct ZarrArray {
+  bool is_n5 = false;                ///< Keys have the fastest axis first, and each file has a header.
   std::string path;                  ///< in the store; "" for its root
   std::vector<std::int64_t> shape;   ///< the slowest axis first, here and below
   std::vector<std::int64_t> chunk;   ///< of a file
@@ -37,6 +39,8 @@ struct ZarrArray {
   std::vector<std::string> axis_names;  ///< "" for one without; may be empty
   Json attributes = Json::object();
 
+  /// "Zarr" or "N5", for messages.
+  std::string_view format() const { return is_n5 ? "N5" : "Zarr"; }
   std::uint64_t piece_bytes() const;
   /// The key of the chunk with these numbers along each axis.
   std::string key(const std::vector<std::int64_t>& numbers) const;
@@ -49,11 +53,13 @@ struct ZarrNode {
   std::string metadata_key;   ///< of the file that says so
   Json metadata, attributes;  ///< the attributes are an object
 
+  bool is_n5() const { return metadata_key.ends_with("attributes.json"); }
   /// A word of ours for files of which it is true.
-  bool is_version_2() const { return !metadata_key.ends_with("zarr.json"); }
+  bool is_version_2() const { return !metadata_key.ends_with("zarr.json") && !is_n5(); }
 };
 
-/// The group or array at a path, if there is one; also a group of version 2 that has nothing but attributes. Throws BrokenInput if its metadata is not JSON.
+/// The group or array at a path, if there is one; also a group of version 2 that has nothing but attributes.
+/// Throws BrokenInput if its metadata is not JSON.
 std::optional<ZarrNode> zarr_node(const ZarrStore& store, const std::string& path);
 
 /// The array. Throws BrokenInput if anything in its metadata is not understood that may change samples, but

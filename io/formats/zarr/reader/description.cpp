@@ -12,6 +12,7 @@
 #include "io/formats/axes/axes.h"
 #include "io/formats/axes/geometry_words.h"
 #include "io/formats/zarr/reader/json.h"
+#include "io/formats/zarr/reader/n5.h"
 #include "io/formats/zarr/reader/pieces.h"
 #include "io/metadata/lengths.h"
 #include "io/metadata/loss.h"
@@ -150,7 +151,8 @@ std::vector<std::string> unread_geometry(const ZarrStore& store, const ZarrImage
   std::vector<std::string> names;
   const auto look = [&](const Json& attributes, const std::string& where) {
     for (const auto& [name, value] : attributes.items())
-      if (looks_like_geometry(name) && std::ranges::find(known, name) == known.end() && !value.is_null())
+      if (looks_like_geometry(name) && std::ranges::find(known, name) == known.end() && !value.is_null() &&
+          !(image.array.is_n5 && is_n5_scale(name)))
         names.push_back(where.empty() ? name : fmt::format("{} (of {})", name, where));
   };
   look(image.array.attributes, "");

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "io/formats/zarr/reader/json.h"
+#include "io/formats/zarr/reader/n5.h"
 #include "io/programs/serve.h"
 #include "io/programs/serve_reader.h"
 #include "io/programs/words.h"
@@ -116,10 +117,12 @@ ZarrImage image_of(const ZarrStore& store, const ZarrNode& node) {
   image.axes.resize(image.array.shape.size());
   for (std::size_t i = 0; i < image.array.axis_names.size(); ++i)
     image.axes[i].name = image.array.axis_names[i];
+  if (const std::size_t slash = node.path.rfind('/'); slash != std::string::npos)
+    image.group = node.path.substr(0, slash);
+  if (image.array.is_n5) set_n5_scale(store, image);
   for (std::size_t end = node.path.size(); end > 0;) {
     const std::size_t slash = node.path.rfind('/', end - 1);
     end = slash == std::string::npos ? 0 : slash;
-    if (image.group.empty()) image.group = node.path.substr(0, end);
     const auto group = zarr_node(store, node.path.substr(0, end));
     if (!group) continue;
     const std::string own = node.path.substr(end == 0 ? 0 : end + 1);

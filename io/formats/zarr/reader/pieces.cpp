@@ -13,6 +13,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/bytes/memory_size.h"
 #include "io/formats/zarr/crc32c.h"
+#include "io/formats/zarr/reader/n5.h"
 #include "io/programs/serve.h"
 #include "io/text/text.h"
 
@@ -82,6 +83,8 @@ std::optional<std::vector<std::byte>> ZarrPieces::read(const std::vector<std::in
   if (!file) return std::nullopt;
   const std::string& name = file->bytes->name();
   const std::uint64_t size = array_.piece_bytes();
+  if (array_.is_n5)
+    return n5_block(file->all(most_stored(size) + most_n5_header(numbers.size())), array_, numbers, name);
   if (!array_.shards) return decompressed(file->all(most_stored(size)), array_.codecs, size, name);
   const Place found = index_of(key, *file->bytes, place.count)[place.number];
   if (!found.is_written()) return std::nullopt;
@@ -225,11 +228,14 @@ class Walk {
     });
   }
 
-  bool is_of_volume(std::size_t axis, std::int64_t number) const {
+  /// True for a number that is the one at `place` in a key.
+  bool is_of_volume(std::size_t place, std::int64_t number) const {
+    const std::size_t axis = array_.is_n5 ? chunks_.first.size() - 1 - place : place;
     return axis < chunks_.first.size() && number >= chunks_.first[axis] && number < chunks_.end[axis];
   }
 
-  void add(Rule rule, const std::vector<std::int64_t>& numbers, const std::string& key) {
+  void add(Rule rule, std::vector<std::int64_t> numbers, const std::string& key) {
+    if (array_.is_n5) std::ranges::reverse(numbers);
     if (rule == expected()) {
       found_.written += pieces_.count(numbers, volume_);
     } else if (found_.other_key.empty() || key < found_.other_key) {  // whatever the order of the folder

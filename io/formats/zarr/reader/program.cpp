@@ -1,5 +1,5 @@
 // tagrid-read-zarr: reads arrays of Zarr, versions 2 and 3, and of OME-Zarr, from folders and zip files
-// (.ozx).
+// (.ozx), and those of N5.
 
 #include <fmt/format.h>
 
@@ -128,7 +128,8 @@ class ZarrVolume final : public ServedVolume {
                       "wrong separator or beginning of chunk keys",
                       shown_path(image_), missing, tagrid::quoted(presence.other_key),
                       tagrid::quoted(presence.expected_key), tagrid::quoted(image_.metadata_key)));
-    const std::string sentence = fmt::format("{}: Zarr: {}: {}", store_->path(), shown_path(image_), missing);
+    const std::string sentence =
+        fmt::format("{}: {}: {}: {}", store_->path(), array.format(), shown_path(image_), missing);
     if (array.has_fill)
       warnings.push_back(sentence + "; their samples are the fill value");
     else

@@ -53,6 +53,7 @@ std::map<std::string, std::vector<std::string>> beginnings() {
       {"hdf5", {"\x89HDF\r\n\x1a\n", "MATLAB 7.3" + at(502, "\x89HDF\r\n\x1a\n")}},
       {"jp2", {"\xff\x4f\xff\x51", "\0\0\0\x0cjP  \r\n\x87\n"s}},
       {"bmp", {"BM" + std::string(12, '\x7') + "\x28\0\0\0"s, "BM" + std::string(12, '\0') + "\x7c\0\0\0"s}},
+      {"png", {"\x89PNG\r\n\x1a\n" + at(16, "\x8\0"s), "\x89PNG\r\n\x1a\n" + at(16, "\x10\0"s)}},
       {"vgi", {"{volume1}\n", " \r\n{volume1}"}},
       {"xtekct", {"[XTekCT]\r\n", "\xEF\xBB\xBF[XTekCT]\n"}},
       {"isq", {"CTDATA-HEADER_V1"}},
