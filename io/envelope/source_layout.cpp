@@ -213,7 +213,8 @@ std::string fill_in(const SourceFacts& facts, SourceFiles& source) {
 SourceFiles source_files(const SourceFacts& facts) {
   SourceFiles source;
   source.shape = {facts.info.dims, facts.info.type};
-  source.opened = facts.opened ? facts.opened : std::make_shared<OpenFiles>(facts.files);
+  const bool are_shared = facts.opened && facts.opened->paths() == facts.files;
+  source.opened = are_shared ? facts.opened : std::make_shared<OpenFiles>(facts.files);
   source.why_not = fill_in(facts, source);
   if (!source.why_not.empty()) source.files.clear();
   return source;

@@ -112,11 +112,27 @@ std::string UnchangedFiles::touched() const {
   return "";
 }
 
+bool UnchangedFiles::is_same(const FileStatus& now, const FileStatus& was) {
+  return now.number == was.number && now.size == was.size && now.modified == was.modified;
+}
+
+bool UnchangedFiles::are_untouched() const {
+  return std::ranges::all_of(files_, [](const Known& known) {
+    const auto now = status_of(known.path);
+    return now && is_same(*now, known.status) && now->changed == known.status.changed;
+  });
+}
+
+std::int64_t UnchangedFiles::last_change() const {
+  std::int64_t last = 0;
+  for (const Known& known : files_) last = std::max(last, known.status.changed.seconds);
+  return last;
+}
+
 void UnchangedFiles::require() const {
   for (const auto& [path, was] : files_) {
     const auto now = status_of(path);
-    if (!now || now->number != was.number || now->size != was.size || now->modified != was.modified)
-      throw BrokenInput(path + ": was changed while it was being read");
+    if (!now || !is_same(*now, was)) throw BrokenInput(path + ": was changed while it was being read");
   }
 }
 

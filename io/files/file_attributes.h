@@ -71,12 +71,18 @@ class UnchangedFiles {
   /// The first file that was written, linked or given other rights since, although its size, time and inode
   /// are the same: a program may have set its time back. Returns "" if no file was touched.
   std::string touched() const;
+  /// True if none has changed, not even its time of a change (ctime).
+  bool are_untouched() const;
+  /// When the last one of them was changed or touched, in seconds since 1970; 0 if there are none.
+  std::int64_t last_change() const;
 
  private:
   struct Known {
     std::string path;
     FileStatus status;
   };
+  static bool is_same(const FileStatus& now, const FileStatus& was);
+
   std::vector<Known> files_;
 };
 

@@ -1,11 +1,15 @@
 #include "io/files/open_files.h"
 
 #include <algorithm>
+#include <atomic>
 
 #include "io/system/this_process.h"
 
 namespace tagrid {
 namespace {
+
+/// How many files of all volumes stay open.
+std::atomic<std::size_t> all_open = 0;
 
 /// Other parts of the program open few files.
 std::size_t most_open() {
@@ -16,22 +20,23 @@ std::size_t most_open() {
 
 }  // namespace
 
-OpenFiles::OpenFiles(std::vector<std::string> paths)
-    : paths_(std::move(paths)), open_(std::min(paths_.size(), most_open())) {}
+OpenFiles::OpenFiles(std::vector<std::string> paths) : paths_(std::move(paths)), open_(paths_.size()) {}
+
+OpenFiles::~OpenFiles() { all_open -= count_; }
 
 std::shared_ptr<const FileSource> OpenFiles::file(std::size_t number) {
-  const auto opened = [&] { return std::make_shared<const FileSource>(paths_[number]); };
-  if (number >= open_.size()) return opened();
   const std::lock_guard lock(mutex_);
-  if (!open_[number]) open_[number] = opened();
-  return open_[number];
+  if (open_.at(number)) return open_[number];
+  auto file = std::make_shared<const FileSource>(paths_[number]);
+  if (all_open >= most_open()) return file;
+  ++all_open;
+  ++count_;
+  return open_[number] = std::move(file);
 }
 
 std::uint64_t OpenFiles::memory(const std::vector<std::string>& paths) {
   std::uint64_t bytes = 0;
-  for (std::size_t i = 0; i < paths.size(); ++i)
-    bytes += (sizeof(std::string) + paths[i].size()) +
-             (i < most_open() ? sizeof(FileSource) + paths[i].size() : 0);
+  for (const std::string& path : paths) bytes += sizeof path + sizeof(FileSource) + 2 * path.size();
   return bytes;
 }
 

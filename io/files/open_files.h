@@ -12,12 +12,16 @@
 
 namespace tagrid {
 
-/// The files of a volume. Of thousands, only the first ones stay open; others are opened whenever they are read.
+/// The files of a volume. They stay open, unless this process has too many open files already: then a file is opened
+/// whenever it is read.
 /// A file that gets another name, or whose name another file gets, is still read: see UnchangedFiles. Several
 /// threads may use it.
 class OpenFiles {
  public:
   explicit OpenFiles(std::vector<std::string> paths);
+  ~OpenFiles();
+  OpenFiles(const OpenFiles&) = delete;
+  OpenFiles& operator=(const OpenFiles&) = delete;
 
   const std::vector<std::string>& paths() const { return paths_; }
   /// Opens a file, if it is not open. Throws as FileSource does.
@@ -28,7 +32,8 @@ class OpenFiles {
 
  private:
   std::vector<std::string> paths_;
-  std::vector<std::shared_ptr<const FileSource>> open_;  ///< the first ones
+  std::vector<std::shared_ptr<const FileSource>> open_;  ///< null if it does not stay open
+  std::size_t count_ = 0;                                ///< of those that do
   std::mutex mutex_;
 };
 

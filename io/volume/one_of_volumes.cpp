@@ -15,6 +15,7 @@ SourceFacts facts_of_one(const SourceFacts& several, std::int64_t number) {
   SourceFacts facts = several;
   facts.info = info_of_volume(several, number);
   facts.places.clear();
+  facts.opened = nullptr;
   facts.plain_form = {};
   return facts;
 }

@@ -58,7 +58,7 @@ inline constexpr std::uint64_t most_first_memory = std::uint64_t{1} << 30;
 inline constexpr std::string_view every_volume = "all";
 
 /// The user's description of a volume that does not describe itself.
-struct SourceFacts;
+struct KnownVolume;
 
 struct SourceDescription {
   SourceDescription() = default;
@@ -79,9 +79,9 @@ struct SourceDescription {
   std::string dataset;  ///< The path of the data set in a file of many; "" if it is clear which one is meant.
   /// Bytes of memory that a reader program may take while it describes the volume.
   std::uint64_t reader_memory = most_first_memory;
-  /// The facts about this very volume, if it was opened a moment ago and its files are known not to have changed:
-  /// then opening it need not look at them again. See facts_to_open_again().
-  std::shared_ptr<const SourceFacts> known = nullptr;
+  /// What is known of this very volume, if it was opened a moment ago: opening it need not describe it again, unless its
+  /// files have changed since. See known_volume().
+  std::shared_ptr<const KnownVolume> known = nullptr;
 };
 
 /// The bytes of a volume's samples; nothing if a size is not positive, or for 2^62 or more bytes.

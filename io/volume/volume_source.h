@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "io/files/file_attributes.h"
 #include "io/files/open_files.h"
 #include "io/text/text.h"
 #include "io/volume/sample_places.h"
@@ -72,6 +73,12 @@ struct SourceFacts {
     const std::string& shown = name.empty() ? files.back() : name;
     return shown_input(shown);
   }
+};
+
+/// A volume that was opened, and its files as they were then.
+struct KnownVolume {
+  SourceFacts facts;
+  UnchangedFiles files;
 };
 
 /// All that users should be told of a source: warnings, what was not understood, doubts about its scale.

@@ -82,6 +82,30 @@ class Effort(ReaderTest):
         self.assertLessEqual(syncs, 2 * SERIES + 6)
         self.assertLessEqual(programs, 2)
 
+    def test_all_volumes_of_a_set_are_those_of_its_files(self):
+        """Each volume has files of its own, plain ones or compressed ones."""
+        from dicom_test import data_set
+        from pydicom.fileset import FileSet
+
+        truth = numpy.random.default_rng(1).integers(0, 4096, (2, 4, 32, 32))
+        for compressed in (False, True):
+            disk = FileSet()
+            for series, volume in enumerate(truth):
+                for z, slice in enumerate(volume):
+                    file = data_set(slice, series=f"1.2.3.{series}", instance=f"1.2.3.{series}.{z}", number=z, position=(0, 0, z),
+                                    RescaleIntercept=0, StudyDate="20200101", StudyTime="120000", StudyID="1", SeriesNumber=series)
+                    if compressed and series == 1:
+                        file.compress("1.2.840.10008.1.2.5")
+                    disk.add(file)
+            name = f"disk{compressed}"
+            disk.write(self.folder / name)
+            time.sleep(4.5)
+            (self.folder / "list.tsv").write_text(f"{name}/DICOMDIR\tseries=all\toutput={name}\n")
+            self.ok("convert", "--manifest", "list.tsv", "--output-dir", "out", "-q")
+            self.ok("decode", f"out/{name}.tag", "--samples", "-o", "all.raw", "-f")
+            samples = numpy.fromfile(self.folder / "all.raw", "<i2" if self.info(f"out/{name}.tag")["type"] == "int16" else "<u2")
+            self.assertTrue((samples.reshape(2, 4, 32, 32) == truth).all(), name)
+
 
 if __name__ == "__main__":
     main()

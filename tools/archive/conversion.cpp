@@ -190,12 +190,12 @@ void share_lines(Ranks& ranks, const ConversionOrder& order, ListMeter& meter, C
     } catch (const std::exception&) {
       record.fail(ranks.machine());
     }
-    syncs.sync_if_due();
     shared.account = packed_order(DoneLine{static_cast<std::uint64_t>(index), record.text(), record.error});
   };
   shared.take = [&](const Bytes& bytes) {
     const auto done = unpacked_order<DoneLine>(bytes);
     syncs.append(done.record);
+    syncs.sync_if_due();
     account->settle(order.lines.at(done.index), done.record, done.error);
   };
   share_out(ranks, shared);

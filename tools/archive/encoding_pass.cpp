@@ -130,7 +130,7 @@ archive::Input look(const EncodingPass& pass, Volume& volume) {
   volume.source = open_volume(volume.input, volume.asked.source);
   volume.files = look_at(volume.source->files());
   volume.watched = std::make_unique<UnchangedFiles>(volume.source->files());
-  volume.asked.source.known = facts_to_open_again(*volume.source, now);
+  volume.asked.source.known = known_volume(*volume.source, now);
   volume.headerless = volume.source->facts().headerless;
   const KnownOutput* known = pass.known.find(volume.line.output);
   if (known != nullptr && !other_volume(*known, volume.files).empty()) return archive::Input::other;
@@ -206,6 +206,7 @@ void encode(const EncodingPass& pass, const Volume& volume, bool overwrite, cons
   if (source.raw) add_warning(volume, doubt_of_description(volume.input, *source.raw), record);
   const Progress progress = [&](std::uint64_t done, std::uint64_t total) {
     if (pass.stop) throw Stopped();
+    pass.syncs.sync_if_due();
     pass.meter.update(done, total);
   };
   Ranks alone;

@@ -21,6 +21,7 @@ void LateSyncs::sync() {
 }
 
 void LateSyncs::sync_now() {
+  if (failure_) std::rethrow_exception(failure_);
   for (const std::string& folder : folders_)
     if (const int error = sync_folder(folder); error != 0)
       throw world_error("cannot sync the directory", folder, error);
@@ -31,7 +32,12 @@ void LateSyncs::sync_now() {
 
 void LateSyncs::sync_if_due() {
   const std::lock_guard lock(mutex_);
-  if (Clock::now() - last_ >= std::chrono::seconds(1)) sync_now();
+  if (failure_ || Clock::now() - last_ < std::chrono::seconds(1)) return;
+  try {
+    sync_now();
+  } catch (const WorldError&) {
+    failure_ = std::current_exception();
+  }
 }
 
 }  // namespace tagrid

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <exception>
 #include <mutex>
 #include <set>
 #include <string>
@@ -23,7 +24,7 @@ class LateSyncs {
   void append(const std::string& record);
   /// Makes everything durable: directories first, so that records are true. Throws WorldError.
   void sync();
-  /// The same, if the last time is long ago.
+  /// The same, if the last time is long ago. If it fails, the next sync() does.
   void sync_if_due();
 
  private:
@@ -35,6 +36,7 @@ class LateSyncs {
   LineFile* records_;
   std::set<std::string> folders_;
   Clock::time_point last_ = Clock::now();
+  std::exception_ptr failure_;
 };
 
 }  // namespace tagrid

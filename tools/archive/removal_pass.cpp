@@ -131,6 +131,7 @@ void RemovalPass::remove_original(const ManifestLine& line, ordered_json& record
         skip(*volume.known, record);
         return append();
       case Action::remove:
+        make_durable(line.output);
         // The record comes first: if the run is killed in between, the next one verifies the original again.
         return remove_replaced(*volume.removal, volume.output, [&] {
           require_removable_still(volume, facts, record);
@@ -205,6 +206,12 @@ void RemovalPass::keep(Action reason, const Volume& volume, ordered_json& record
   }
 }
 
+/// Whoever made the directories of an output may have ended before they were durable.
+void RemovalPass::make_durable(const std::string& output) {
+  if (durable_folders_.insert(fs::path(output).parent_path().string()).second)
+    make_own_folders(options_.output_dir, output);
+}
+
 /// Finds the files of the volume, and compares them with the record. Throws if they cannot be removed.
 archive::Input RemovalPass::look(Volume& volume, ordered_json& record) {
   const ManifestLine& line = volume.line;
@@ -257,7 +264,7 @@ void RemovalPass::verify(const Volume& volume, archive::Facts& facts) {
   const double max_error = TagReader(output).parameters().max_error;
   const std::time_t now = std::time(nullptr);
   const auto original = open_volume(input, source);
-  source.known = facts_to_open_again(*original, now);
+  source.known = known_volume(*original, now);
   require_replaceable(
       input, {max_error, known.headerless, options_.trust_description, why_not_understood(original->facts())},
       "it is kept");

@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -48,6 +49,7 @@ class RemovalPass {
   void verify(const Volume& volume, archive::Facts& facts);
   void require_kept_files(const Volume& volume, const VolumeSource& source) const;
   void require_removable_still(const Volume& volume, archive::Facts facts, nlohmann::ordered_json& record);
+  void make_durable(const std::string& output);
   [[noreturn]] void keep(archive::Action reason, const Volume& volume, nlohmann::ordered_json& record) const;
 
   const ConversionOptions& options_;
@@ -56,7 +58,8 @@ class RemovalPass {
   ListMeter& meter_;
   std::map<std::string, int> lines_with_;  ///< file, in how many volumes of the manifest
   std::vector<UnknownFiles> unknown_;
-  OtherHeaders headers_;  ///< of the directories that were looked at so far
+  std::set<std::string> durable_folders_;  ///< of outputs
+  OtherHeaders headers_;                   ///< of the directories that were looked at so far
 };
 
 }  // namespace tagrid

@@ -120,6 +120,7 @@ std::unique_ptr<VolumeSource> all_volumes(const std::string& path, const std::ve
       all = facts;
       all.files.clear();
       all.places.clear();
+      all.opened = nullptr;
       all.plain_form = {};
     } else if (const std::string why = difference(all, facts); !why.empty()) {
       throw UsageError(

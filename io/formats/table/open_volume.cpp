@@ -393,7 +393,7 @@ std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceD
   if (is_address(path))
     throw UsageError(shown_address(path) +
                      ": is an address, and only .tag files are read from servers; download it first");
-  if (source.known) return placed_samples_again(*source.known);
+  if (source.known && source.known->files.are_untouched()) return placed_samples_again(source.known->facts);
   auto volume = source.series == every_volume ? open_all(path, source) : open_one(path, source);
   volume->set_name(path);
   if (source.spacing) give_spacing(*volume, *source.spacing);
@@ -403,16 +403,14 @@ std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceD
   return volume;
 }
 
-std::shared_ptr<const SourceFacts> facts_to_open_again(const VolumeSource& volume, std::time_t opened) {
+std::shared_ptr<const KnownVolume> known_volume(const VolumeSource& volume, std::time_t opened) {
   // Times of files have steps, and clocks of file servers may be slow.
   constexpr std::int64_t doubt = 3;  // s
   const SourceFacts& facts = volume.facts();
-  if (!facts.opened) return nullptr;
-  for (const std::string& file : facts.files) {
-    const auto status = status_of(file);
-    if (!status || status->changed.seconds + doubt > opened) return nullptr;
-  }
-  return std::make_shared<const SourceFacts>(facts);
+  if (!facts.opened || facts.places.empty() || facts.opened->paths() != facts.files) return nullptr;
+  UnchangedFiles files(facts.files);
+  if (files.last_change() + doubt > opened) return nullptr;
+  return std::make_shared<const KnownVolume>(KnownVolume{facts, std::move(files)});
 }
 
 std::unique_ptr<VolumeSource> open_raw_directory(const std::string& folder, const SourceDescription& source) {

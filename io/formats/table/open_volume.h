@@ -18,10 +18,10 @@ namespace tagrid {
 /// the name of the file's extension. `source.from` names the format instead. File sizes are checked at once.
 std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceDescription& source = {});
 
-/// What SourceDescription::known can be of a volume that was opened at this time; nothing if it must be looked at
+/// What SourceDescription::known can be of a volume that was opened at this time; nothing if it must be described
 /// again: if its samples do not lie plainly in files, or if a file was changed so shortly before that it may have
-/// been changed while it was looked at. Throws WorldError.
-std::shared_ptr<const SourceFacts> facts_to_open_again(const VolumeSource& volume, std::time_t opened);
+/// been changed while it was described. Throws WorldError.
+std::shared_ptr<const KnownVolume> known_volume(const VolumeSource& volume, std::time_t opened);
 
 /// The format of a file that can be read, by its content, or by its name if a program reads it; nullptr if it
 /// has none of these. Throws WorldError.
