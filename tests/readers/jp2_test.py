@@ -133,6 +133,17 @@ class Jpeg2000(ReaderTest):
             run = self.tagrid("encode", "broken.jp2", "-o", "broken.tag", "-f", "-q")
             self.assertIn(run.returncode, (0, 64, 65, 74), f"{i}: {run.stderr}")
 
+    @unittest.skipIf(shutil.which("ojph_compress") is None, "there is no ojph_compress on this machine (openjph-tools)")
+    def test_slices_of_high_throughput_jpeg_2000(self):
+        truth = numpy.random.default_rng(1).integers(0, 65536, (3, 20, 31), "uint16")
+        (self.folder / "s").mkdir()
+        for z, slice in enumerate(truth):
+            (self.folder / "a.pgm").write_bytes(b"P5 31 20 65535\n" + slice.astype(">u2").tobytes())
+            subprocess.run(["ojph_compress", "-i", "a.pgm", "-o", "a.j2c", "-reversible", "true"], cwd=self.folder, check=True, stdout=subprocess.DEVNULL)
+            (self.folder / "a.j2c").rename(self.folder / "s" / f"s{z}.jhc")
+        self.encodes(truth, "s")
+        self.assertEqual(self.messages, "")
+
 
 if __name__ == "__main__":
     main()

@@ -253,7 +253,7 @@ const std::vector<Format>& formats() {
        // OLE2, in which other programs store documents.
        .reads = {.named_magic = {{"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"}}, .program = "zeiss"}},
       {.name = "jp2",
-       .extensions = {".jp2", ".j2k", ".j2c", ".jpc", ".jpx"},
+       .extensions = {".jp2", ".j2k", ".j2c", ".jpc", ".jpx", ".jph", ".jhc"},
        .help = "JPEG 2000",
        .what = "a JPEG 2000 file",
        // A code stream, or a file with boxes.

@@ -211,6 +211,7 @@ class Jp2Slices final : public ServedVolume {
 
 int main() {
   return tagrid::serve_volumes("jp2", [](const std::string& path, const tagrid::ReaderOptions& options) {
-    return tagrid::open_slices<tagrid::Jp2Slices>(path, {".jp2", ".j2k", ".j2c", ".jpc", ".jpx"}, options);
+    return tagrid::open_slices<tagrid::Jp2Slices>(
+        path, {".jp2", ".j2k", ".j2c", ".jpc", ".jpx", ".jph", ".jhc"}, options);
   });
 }
