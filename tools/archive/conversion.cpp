@@ -94,9 +94,9 @@ struct ConversionAccount {
   std::unique_ptr<KeyFile> keys;
   ConversionSums sums = {};
 
-  /// Adds a record to the archive, without names if there is a key file.
-  void append(const std::string& record) {
-    results.append(keys ? written_json(keys->sealed(ordered_json::parse(record))) : record);
+  /// A record as the archive has it: without names if there is a key file, which then has the rest.
+  std::string in_archive(const std::string& record) const {
+    return keys ? written_json(keys->sealed(ordered_json::parse(record))) : record;
   }
 
   /// Counts a line by its last record, and reports its result.
@@ -209,7 +209,7 @@ void share_lines(Ranks& ranks, const ConversionOrder& order, ListMeter& meter, C
   };
   shared.take = [&](const Bytes& bytes) {
     const auto done = unpacked_order<DoneLine>(bytes);
-    account->append(done.record);
+    account->results.append(account->in_archive(done.record));
     account->settle(order.lines.at(done.index), done.record, done.error);
   };
   share_out(ranks, shared);
@@ -260,7 +260,7 @@ ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLi
     LineRecord record(line, options.output_dir, known.next_sequence(line.output));
     meter.begin_volume(line.name);
     std::string text;
-    const auto append = [&] { account.append(text = record.text()); };
+    const auto append = [&] { results.append(account.in_archive(text = record.text())); };
     try {
       pass.remove_original(line, record.json, append);
     } catch (const std::exception&) {
