@@ -77,6 +77,12 @@ if(TAGRID_STATIC_SQLITE)
   set(SQLite3_LIBRARY ${TAGRID_STATIC_SQLITE} CACHE FILEPATH "SQLite")
 endif()
 tagrid_require(SQLite3 libsqlite3-dev)
+# For the keys of archives without names; static for the same reason.
+find_library(TAGRID_STATIC_NETTLE libnettle.a)
+if(TAGRID_STATIC_NETTLE)
+  set(nettle_LIBRARY ${TAGRID_STATIC_NETTLE} CACHE FILEPATH "Nettle")
+endif()
+tagrid_require_library(nettle::nettle nettle/hmac.h nettle nettle-dev)
 # For the programs that read formats. The program itself has the rooms that they use, and does not need it.
 tagrid_require_library(seccomp::seccomp seccomp.h seccomp libseccomp-dev)
 get_target_property(seccomp_library seccomp::seccomp IMPORTED_LOCATION)

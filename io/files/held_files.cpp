@@ -113,6 +113,10 @@ HeldByName::HeldByName(const std::string& path) {
 LineFile::LineFile(const std::string& path) : name_(path), held_(path), descriptor_(held_.descriptor) {
   cut_half_line();
   durable_ = size_;
+  // Whoever relies on its first line must find the file after a crash of the machine.
+  if (size_ > 0) return;
+  if (const int error = sync_folder(folder_of(path)); error != 0)
+    throw world_error("cannot sync the directory of", path, error);
 }
 
 void LineFile::cut(std::uint64_t size) {

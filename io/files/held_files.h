@@ -50,7 +50,7 @@ struct HeldByName {
 /// One process at a time holds the file; see HeldFile. Failures are WorldErrors.
 class LineFile {
  public:
-  /// Opens the file, or creates it. Anything after the last '\n', half a line of a killed run, is cut off.
+  /// Opens the file, or creates it, so that its name is durable. Anything after the last '\n', half a line of a killed run, is cut off.
   /// Throws HeldByAnother if another process holds it.
   explicit LineFile(const std::string& path);
 

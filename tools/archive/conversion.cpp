@@ -15,6 +15,7 @@
 #include "pipeline/parts/work_orders.h"
 #include "pipeline/ranks/messages.h"
 #include "tools/archive/encoding_pass.h"
+#include "tools/archive/key_file.h"
 #include "tools/archive/records.h"
 #include "tools/archive/removal_pass.h"
 #include "tools/report/failure.h"
@@ -23,9 +24,9 @@
 
 namespace tagrid {
 
-TAGRID_MEMBERS(ManifestLine, number, name, input, is_relative, output, options)
+TAGRID_MEMBERS(ManifestLine, number, name, input, is_relative, is_named, output, options)
 TAGRID_MEMBERS(RunOptions, threads, quiet, verbosity, progress, json, memory, spool)
-TAGRID_MEMBERS(ConversionOptions, output_dir, overwrite, skip_done, trust_description, run)
+TAGRID_MEMBERS(ConversionOptions, output_dir, keys, overwrite, skip_done, trust_description, run)
 
 namespace {
 
@@ -90,7 +91,13 @@ struct ConversionAccount {
   const RunOptions& run;
   LineFile& results;
   ListMeter& meter;
+  std::unique_ptr<KeyFile> keys;
   ConversionSums sums = {};
+
+  /// A record as the archive has it: without names if there is a key file, which then has the rest.
+  std::string in_archive(const std::string& record) const {
+    return keys ? written_json(keys->sealed(ordered_json::parse(record))) : record;
+  }
 
   /// Counts a line by its last record, and reports its result.
   void settle(const ManifestLine& line, const std::string& record, const std::string& error) {
@@ -158,6 +165,11 @@ void require_shared_folder(Ranks& ranks, const std::string& folder) {
   });
 }
 
+/// The key file, which exists; nothing if there is none.
+std::unique_ptr<KeyFile> keys_of(const ConversionOptions& options) {
+  return options.keys.empty() ? nullptr : std::make_unique<KeyFile>(options.keys);
+}
+
 /// Volumes without a record after such a line count as not done, and their originals are kept.
 void warn_of_unreadable(const RunOptions& run, const KnownOutputs& known) {
   constexpr std::size_t most = 20;
@@ -170,9 +182,14 @@ void warn_of_unreadable(const RunOptions& run, const KnownOutputs& known) {
 /// Collective. `account` is that of rank 0; for other ranks it is null. `meter` shows the lines of this rank.
 void share_lines(Ranks& ranks, const ConversionOrder& order, ListMeter& meter, ConversionAccount* account) {
   require_shared_folder(ranks, order.options.output_dir);
+  std::unique_ptr<KeyFile> keys;
   std::unique_ptr<KnownOutputs> known;
   // Every rank reads the records before any rank writes to them.
-  all_do(ranks, [&] { known = std::make_unique<KnownOutputs>(order.options.output_dir); });
+  all_do(ranks, [&] {
+    keys = keys_of(order.options);
+    known = std::make_unique<KnownOutputs>(order.options.output_dir, keys.get());
+    known->require_these_keys();
+  });
   if (account != nullptr) warn_of_unreadable(order.options.run, *known);
   SharedWork shared;
   LateSyncs syncs(account != nullptr ? &account->results : nullptr);
@@ -194,7 +211,7 @@ void share_lines(Ranks& ranks, const ConversionOrder& order, ListMeter& meter, C
   };
   shared.take = [&](const Bytes& bytes) {
     const auto done = unpacked_order<DoneLine>(bytes);
-    syncs.append(done.record);
+    syncs.append(account->in_archive(done.record));
     syncs.sync_if_due();
     account->settle(order.lines.at(done.index), done.record, done.error);
   };
@@ -215,7 +232,7 @@ ConversionSums encode_lines(Ranks& ranks, const std::vector<ManifestLine>& lines
   const ConversionOrder order{lines, options};
   send_order(ranks, packed_order(order));
   ListMeter meter(options.run.progress, options.run.quiet, lines.size());
-  ConversionAccount account{options.run, results, meter};
+  ConversionAccount account{options.run, results, meter, keys_of(options)};
   share_lines(ranks, order, meter, &account);
   return account.sums;
 }
@@ -235,17 +252,19 @@ void obey_conversion(Ranks& ranks, const Bytes& bytes) {
 ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLine>& lines,
                                 const std::vector<ManifestLine>& all, const ConversionOptions& options,
                                 LineFile& results) {
-  KnownOutputs known(options.output_dir);
+  const std::unique_ptr<KeyFile> keys = keys_of(options);
+  KnownOutputs known(options.output_dir, keys.get());
+  known.require_these_keys();
   warn_of_unreadable(options.run, known);
   ListMeter meter(options.run.progress, options.run.quiet, lines.size());
   RemovalPass pass(all, options, options.run.resources(ranks), known, meter);
-  ConversionAccount account{options.run, results, meter};
+  ConversionAccount account{options.run, results, meter, keys_of(options)};
   for (const ManifestLine& line : lines) {
     known.read_more();  // other runs may be at the same outputs
     LineRecord record(line, options.output_dir, known.next_sequence(line.output));
     meter.begin_volume(line.name);
     std::string text;
-    const auto append = [&] { results.append(text = record.text()); };
+    const auto append = [&] { results.append(account.in_archive(text = record.text())); };
     try {
       pass.remove_original(line, record.json, append);
     } catch (const std::exception&) {

@@ -20,6 +20,7 @@ std::vector<ManifestLine> lines_of(Shard shard, const std::vector<ManifestLine>&
 
 struct ConversionOptions {
   std::string output_dir;
+  std::string keys;                ///< the key file of an archive without names; "": it has names
   bool overwrite = false;          ///< replaces existing outputs
   bool skip_done = false;          ///< skips volumes that a record describes as done
   bool trust_description = false;  ///< removes originals even if only the options describe the layout of

@@ -24,6 +24,7 @@
 #include "tools/archive/manifest.h"
 #include "tools/archive/removal_table.h"
 #include "tools/archive/settings_used.h"
+#include "tools/archive/subject.h"
 #include "tools/report/damage.h"
 #include "tools/report/failure.h"
 #include "tools/report/info.h"
@@ -122,7 +123,7 @@ std::string change_of(const KnownOutput& known, const std::vector<InputFile>& fi
 }
 
 /// Opens the volume, and compares its files with those of the record.
-archive::Input look(const EncodingPass& pass, Volume& volume) {
+archive::Input look(const EncodingPass& pass, Volume& volume, ordered_json& record) {
   require_own_folders(pass.options.output_dir, volume.line.output);
   require_file_or_folder(volume.input);
   require_lasting_choice(volume.input, volume.asked.source);
@@ -132,6 +133,8 @@ archive::Input look(const EncodingPass& pass, Volume& volume) {
   volume.watched = std::make_unique<UnchangedFiles>(volume.source->files());
   volume.asked.source.known = known_volume(*volume.source, now);
   volume.headerless = volume.source->facts().headerless;
+  // For those who look for a patient with the key file: the output may not have these any more.
+  if (!pass.options.keys.empty()) record["subject"] = json_of(subject_of(volume.source->info().metadata));
   const KnownOutput* known = pass.known.find(volume.line.output);
   if (known != nullptr && !other_volume(*known, volume.files).empty()) return archive::Input::other;
   return known != nullptr && known->input_files == volume.files ? archive::Input::same
@@ -259,7 +262,8 @@ void adopt(const EncodingPass& pass, const Volume& volume, bool is_only_copy, or
                                               job, *original, pass.resources);
     const TagBricks file(std::make_shared<FileSource>(volume.output));
     const bool keeps_files = file.sizes().envelope > 0;
-    const std::string compression = compression_in(volume.output, file.beginning_of_envelope());
+    const std::string compression =
+        keeps_files ? compression_in(volume.output, file.beginning_of_envelope()) : "";
     const std::string why_lost = volume.asked.options.strip ? "only the samples were wanted"
                                  : keeps_files && compression.empty()
                                      ? ""
@@ -306,7 +310,7 @@ void encode_line(const EncodingPass& pass, const ManifestLine& line, ordered_jso
     const KnownOutput* known = pass.known.find(line.output);
     switch (const Action action = decide(archive::encoding_table(), facts)) {
       case Action::look:
-        facts.input = look(pass, volume);
+        facts.input = look(pass, volume, record);
         break;
       case Action::compare_options:
         volume.difference = difference_of(*known, line.options, options.run, *volume.source);

@@ -52,8 +52,8 @@ const char* oddity_of(const VolumeInfo& info) {
 class Finder {
  public:
   Finder(const std::string& root, const SourceOptions& accepted, const RunOptions& run,
-         const std::function<void(const FoundVolume&)>& use)
-      : root_(fs::canonical(root)), accepted_(accepted), run_(run), lines_(root_, use) {}
+         const NameTemplate* names, const std::function<void(const FoundVolume&)>& use)
+      : root_(fs::canonical(root)), accepted_(accepted), run_(run), lines_(root_, names, use) {}
 
   void search_all() {
     search(root_);
@@ -235,7 +235,7 @@ class Finder {
       // What is missing from the volume, although it may be; or which files it names.
       if (options.contains("gaps-ok") || options.contains("data-outside"))
         for (const std::string& warning : all_warnings(volume->facts())) text += "; " + warning;
-      lines_.give(path, options, text);
+      lines_.give(path, options, text, subject_of(info.metadata), std::string(name_of(info.type)));
     } catch (const UsageError& error) {
       const std::vector<Choice>& choices = error.detail().choices;
       const std::string option = option_of(error);
@@ -293,19 +293,22 @@ class Finder {
   void look_at_numbered(const fs::path& path, const std::string& option, std::size_t count,
                         const Format& format) {
     const bool may_be_short = path.extension() != ".gz";
-    std::string text;
+    std::string text, type;
+    Subject subject;
     try {
       for (const std::size_t number : {std::size_t{1}, may_be_short ? count : 1}) {
         const auto volume = open_volume(path, encoding_of({{option, std::to_string(number)}}, run_).source);
         is_known(*volume, format);
         text = fmt::format("{}, {}", described(volume->info().dims, volume->info().type), format.help);
+        type = name_of(volume->info().type);
+        subject = subject_of(volume->info().metadata);
       }
     } catch (const Error& error) {
       return lines_.give_broken(path, {}, error);
     }
     for (std::size_t number = 1; number <= count; ++number)
       lines_.give(path, {{option, std::to_string(number)}},
-                  fmt::format("{}, volume {} of {}", text, number, count));
+                  fmt::format("{}, volume {} of {}", text, number, count), subject, type);
   }
 
   /// Notes the files of a volume. True if a DICOMDIR has listed it.
@@ -343,11 +346,11 @@ class Finder {
 }  // namespace
 
 void find_volumes(const std::string& root, const SourceOptions& accepted, const RunOptions& run,
-                  const std::function<void(const FoundVolume&)>& use) {
+                  const NameTemplate* names, const std::function<void(const FoundVolume&)>& use) {
   if (status_of(root) && !is_folder(root))
     throw UsageError(root + ": is a file; --find takes a directory; tagrid encode takes a file");
   if (!is_folder(root)) throw world_error("cannot read", root, ENOENT);
-  Finder(root, accepted, run, use).search_all();
+  Finder(root, accepted, run, names, use).search_all();
 }
 
 }  // namespace tagrid

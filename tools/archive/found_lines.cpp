@@ -8,9 +8,11 @@
 #include <string_view>
 
 #include "io/bytes/checksum.h"
+#include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
 #include "io/formats/table/other_formats.h"
 #include "io/text/text.h"
+#include "tools/archive/manifest.h"
 #include "tools/report/failure.h"
 
 namespace tagrid {
@@ -41,24 +43,6 @@ std::string checksum_of_source(const std::string& relative, const OptionTexts& o
   return fmt::format("{:016x}", checksum_of({std::as_bytes(std::span(source))})).substr(0, 8);
 }
 
-/// Characters that paths have no place for, or Windows and the servers of its shares have not.
-constexpr std::string_view not_in_names = "/\\:*?\"<>|";
-
-/// A text from a file as one step of a path.
-std::string step_of(std::string_view text) {
-  std::string step;
-  for (const char c : text) {
-    const bool is_plain = static_cast<unsigned char>(c) >= ' ' && c != '\x7f' && c != '%' &&
-                          not_in_names.find(c) == not_in_names.npos;
-    // Not a hidden file, and not the directory above.
-    if (is_plain && !(c == '.' && step.empty()))
-      step += c;
-    else
-      step += fmt::format("%{:02X}", static_cast<unsigned char>(c));
-  }
-  return step;
-}
-
 /// The place of an output: `relative`, the path of the file or directory of the volume, and below it the
 /// series or data set that `options` choose. It depends on nothing else, and different volumes have different
 /// ones. What a path cannot have, here or on Windows, is written as %2F.
@@ -73,6 +57,16 @@ std::string output_name_of(const std::string& relative, const OptionTexts& optio
   return name.string();
 }
 
+/// What tells a volume from all others: for DICOM its series, wherever it lies, otherwise its path.
+std::string identity_of(const std::string& path, const OptionTexts& options, const std::string& series) {
+  const auto chosen = options.find("series");
+  if (!series.empty() && chosen != options.end() && chosen->second.starts_with(series)) return chosen->second;
+  std::string identity = series.empty() ? path : series;
+  for (const auto& [name, value] : options)
+    if (name != "gaps-ok" && name != "data-outside") identity += fmt::format("\t{}={}", name, value);
+  return identity;
+}
+
 /// Extensions of files that often hold samples alone.
 constexpr std::array samples_alone = {".raw", ".vol", ".bin", ".dat", ".img", ".rec"};
 
@@ -82,10 +76,33 @@ bool is_directory_of_dicom(const fs::path& path) {
   return lower_case(path.filename().string()) == "dicomdir";
 }
 
-void FoundLines::give(const fs::path& path, const OptionTexts& options, const std::string& text) {
-  if (fits_a_line(path, options)) return use_({path, options, output_of(path, options), text});
-  use_({path, options, "", path.string() + ": a name has a tab or a line end, which a list cannot have",
-        Kind::broken});
+void FoundLines::give(const fs::path& path, const OptionTexts& options, const std::string& text,
+                      const Subject& subject, const std::string& type) {
+  if (!fits_a_line(path, options))
+    return use_({path, options, "",
+                 path.string() + ": a name has a tab or a line end, which a list cannot have", Kind::broken});
+  if (names_ == nullptr) return use_({path, options, output_of(path, options), text});
+  const fs::path place = is_directory_of_dicom(path) ? path.parent_path() : path;
+  const std::string output =
+      names_->name_of({.subject = subject,
+                       .type = type,
+                       .stem = (is_folder(place.string()) ? place.filename() : place.stem()).string(),
+                       .identity = identity_of(path.string(), options, subject.series)});
+  const auto [first, is_new] = named_.emplace(output, path.string());
+  try {
+    if (is_new && fits_a_line(output, {})) {
+      output_called(output);
+      return use_({path, options, output, text});
+    }
+    use_({path, options, "",
+          is_new ? fmt::format("{}: --name gives it an impossible name", path.string())
+                 : fmt::format("{}: --name gives it the name {}, which {} has; other fields tell them apart, "
+                               "if they are no copies",
+                               path.string(), output, first->second),
+          Kind::nameless});
+  } catch (const UsageError& error) {
+    use_({path, options, "", fmt::format("{}: {}", path.string(), words_of(error)), Kind::nameless});
+  }
 }
 
 void FoundLines::give_broken(const fs::path& path, const OptionTexts& options, const Error& error) {

@@ -11,16 +11,20 @@
 
 #include "io/errors/errors.h"
 #include "tools/archive/find_volumes.h"
+#include "tools/archive/name_template.h"
 
 namespace tagrid {
 
 class FoundLines {
  public:
-  FoundLines(std::filesystem::path root, const std::function<void(const FoundVolume&)>& use)
-      : root_(std::move(root)), use_(use) {}
+  /// `names`: the template of outputs; null: they have the names of their volumes.
+  FoundLines(std::filesystem::path root, const NameTemplate* names,
+             const std::function<void(const FoundVolume&)>& use)
+      : root_(std::move(root)), names_(names), use_(use) {}
 
-  /// A volume that can be read with these options. `text` describes it.
-  void give(const std::filesystem::path& path, const OptionTexts& options, const std::string& text);
+  /// A volume that can be read with these options. `text` describes it, and `type` is that of its samples.
+  void give(const std::filesystem::path& path, const OptionTexts& options, const std::string& text,
+            const Subject& subject, const std::string& type);
   /// The path looks like a volume and cannot be read. The same error is reported once.
   void give_broken(const std::filesystem::path& path, const OptionTexts& options, const Error& error);
   /// The number of reported errors.
@@ -39,9 +43,11 @@ class FoundLines {
   std::string output_of(const std::filesystem::path& path, const OptionTexts& options);
 
   std::filesystem::path root_;
+  const NameTemplate* names_;
   const std::function<void(const FoundVolume&)>& use_;
-  std::set<std::string> taken_;   // outputs
-  std::set<std::string> broken_;  // what is wrong with something, in words
+  std::set<std::string> taken_;               // outputs
+  std::map<std::string, std::string> named_;  // by the template, with the paths of their volumes
+  std::set<std::string> broken_;              // what is wrong with something, in words
   std::map<std::pair<std::string, std::string>, std::vector<std::string>>
       passed_over_;  // by folder and reason
   std::set<std::string> of_volumes_;

@@ -16,6 +16,7 @@
 #include "io/text/addresses.h"
 #include "io/text/text.h"
 #include "tools/archive/late_syncs.h"
+#include "tools/archive/name_template.h"
 #include "tools/options/shared_options.h"
 #include "tools/report/failure.h"
 
@@ -133,6 +134,7 @@ ManifestLine parse_line(const std::vector<std::string_view>& columns, const fs::
       line.options[name] = value;
     if (name == "series" || name == "dataset") line.name += fmt::format(" ({}={})", name, value);
   }
+  line.is_named = !line.output.empty();
   // A directory may have dots in its name.
   const bool has_suffix = !is_folder(path);
   if (line.output.empty())
@@ -153,6 +155,21 @@ std::string output_called(const std::string& name) {
   if (output.extension() != ending) output += ending;
   refuse_records("output=" + name, output);
   return output.string();
+}
+
+void require_keyed_output(const ManifestLine& line) {
+  constexpr const char* advice = "with --keys, make the list with --find ROOT --keys FILE";
+  if (!line.is_named)
+    throw usage_error("line {}: has no column output=, so its output would be named after its input; {}",
+                      line.number, advice);
+  const std::string name = fs::path(line.output).stem().string();
+  const fs::path input = line.input;
+  std::vector<std::string> names = {input.filename().string(), input.stem().string()};
+  for (const char* option : {"series", "dataset", "vdb-grid"})
+    if (const auto found = line.options.find(option); found != line.options.end())
+      names.push_back(step_of(fs::path(found->second).filename().string()));
+  if (std::ranges::find(names, name) != names.end())
+    throw usage_error("line {}: its output is named after its input; {}", line.number, advice);
 }
 
 bool is_possible_output(const std::string& name) {

@@ -17,6 +17,7 @@ struct ManifestLine {
   std::string name;   ///< as the list has it: its path there, and which volume of that: "scan (series=2)"
   std::string input;  ///< absolute
   bool is_relative = false;  ///< it was listed as a relative path
+  bool is_named = false;     ///< a column names its output
   std::string output;        ///< its path below the directory of the outputs: STEM.tag, or as requested
   OptionTexts options;       ///< those for all lines, overridden by those of this line
 };
@@ -35,6 +36,10 @@ std::string output_called(const std::string& name);
 
 /// True for a name that output_called() can give: a path below the directory of the outputs.
 bool is_possible_output(const std::string& name);
+
+/// Throws UsageError if a line has an output that is named after its input, or has no column for it: the archive must not
+/// have names of inputs.
+void require_keyed_output(const ManifestLine& line);
 
 /// The output that keeps the directories of `listed`, a path of the list: 2019/knee.tag for 2019/knee.nhdr,
 /// and 2019/1.2.3.tag for the folder 2019/1.2.3. Throws UsageError if the path is absolute or contains "..".

@@ -303,7 +303,13 @@ void OtherHeaders::add_headers(const std::string& place, const Listing& listing,
   for (const std::string& name : listing.headers) {
     const std::string header = (fs::path(place) / name).string(), stem = fs::path(name).stem().string();
     const HeaderKind& kind = *kind_of_header(name);
-    std::set<std::string> named = files_named_by(header, kind, meant, limit);
+    std::set<std::string> named;
+    try {
+      named = files_named_by(header, kind, meant, limit);
+    } catch (const WorldError&) {
+      if (status_of_name(header)) throw;
+      continue;  // another run has just removed it
+    }
     for (const std::string_view end : words_of(kind.pair))
       meant.find(end == "-" ? stem : stem + std::string(end), named);
     for (const std::string& file : named) headers[file].push_back(header);

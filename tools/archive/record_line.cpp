@@ -71,7 +71,7 @@ std::string name_in_records(const std::string& path, const std::string& base) {
 }
 
 std::string path_in_records(const std::string& name, const std::string& base) {
-  if (name.empty() || fs::path(name).is_absolute()) return name;
+  if (name.empty() || fs::path(name).is_absolute() || name.starts_with(keyed_mark)) return name;
   std::string path = (fs::path(base) / name).lexically_normal().string();
   if (path.size() > 1 && path.ends_with('/')) path.pop_back();  // "." and ".." are directories
   return path;

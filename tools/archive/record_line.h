@@ -27,7 +27,11 @@ struct InputFile {
 /// The absolute path of a directory of outputs without links, to which relative paths in its records are relative.
 std::string canonical_folder(const std::string& folder);
 
-/// The name of a file in records whose paths are relative to `base` ("": absolute), and the path for such a name.
+/// The input of a record in an archive without names: this, and the 32 digits of its half in the key file; see key_file.h.
+/// The files of the input are KEYED/0, KEYED/1 ...
+inline constexpr std::string_view keyed_mark = "keyed:";
+
+/// The name of a file in records whose paths are relative to `base` ("": absolute), and the path for such a name; a key stays as it is.
 std::string name_in_records(const std::string& path, const std::string& base);
 std::string path_in_records(const std::string& name, const std::string& base);
 

@@ -114,8 +114,20 @@ void skip(const KnownOutput& known, ordered_json& record) {
   record["status"] = "skipped";
 }
 
-KnownOutputs::KnownOutputs(const std::string& folder) : given_(folder), folder_(canonical_folder(folder)) {
+KnownOutputs::KnownOutputs(const std::string& folder, KeyFile* keys)
+    : keys_(keys), given_(folder), folder_(canonical_folder(folder)) {
   read_more();
+}
+
+void KnownOutputs::require_these_keys() const {
+  if (keys_ == nullptr && sealed_ > 0)
+    throw usage_error(
+        "{}: its records name originals by keys; give --keys FILE, the key file of this archive", given_);
+  if (keys_ != nullptr && plain_ > 0)
+    throw usage_error("{}: has records with names of originals; with --keys, give a directory without these",
+                      given_);
+  if (keys_ != nullptr && sealed_ > 0 && opened_ == 0)
+    throw usage_error("{}: is not the key file of {}, whose records name other keys", keys_->path(), given_);
 }
 
 void KnownOutputs::read_more() {
@@ -131,7 +143,23 @@ void KnownOutputs::read(const std::string& path) {
   const std::size_t first = unreadable_.size();
   for (std::string line; lines.next(line);) {
     try {
+      const bool is_keyed = is_sealed(line);
+      if (is_keyed) {
+        ++sealed_;
+        if (keys_ != nullptr) {
+          auto opened = keys_->opened(line);
+          // It may say anything of its output, as a line that cannot be read.
+          if (!opened) {
+            unreadable_.push_back(fmt::format("{}: line {} names a key that {} does not have", path,
+                                              files_[path].lines, keys_->path()));
+            continue;
+          }
+          ++opened_;
+          line = std::move(*opened);
+        }
+      }
       RecordLine record = parse_record_line(line, folder_);
+      if (!is_keyed) ++plain_;
       // Only what rests on a comparison with the volume shows that a line before it does not matter: a refusal
       // that is recorded must not end the doubt that it follows from.
       if (first < unreadable_.size() && (record.status == "ok" || record.status == "removed"))

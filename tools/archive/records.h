@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "io/errors/errors.h"
+#include "tools/archive/key_file.h"
 #include "tools/archive/manifest.h"
 #include "tools/archive/record_line.h"
 #include "tools/archive/removal_table.h"
@@ -58,8 +59,9 @@ void skip(const KnownOutput& known, nlohmann::ordered_json& record);
 /// The outputs in all records of a directory, whatever their number of shards.
 class KnownOutputs {
  public:
-  /// Reads every results*.jsonl in `folder`. Lines that are not records are left out; see unreadable().
-  explicit KnownOutputs(const std::string& folder);
+  /// Reads every results*.jsonl in `folder`. Lines that are not records are left out; see unreadable(). `keys`: has the
+  /// halves of records that an archive without names lacks, or is null; must outlive this.
+  explicit KnownOutputs(const std::string& folder, KeyFile* keys = nullptr);
 
   /// Reads what was written since, also by other runs. References to an output then show its newest record.
   void read_more();
@@ -74,6 +76,9 @@ class KnownOutputs {
   std::uint64_t next_sequence(const std::string& output) const;
   /// Why the last run that was to encode it failed; "" if it did not, or if the output was found good since.
   std::string last_failure(const std::string& output) const;
+  /// Throws UsageError if records name their originals and there is a key file, or the other way round, or if it is the key
+  /// file of another archive.
+  void require_these_keys() const;
   /// How many files of records the directory has.
   std::size_t files() const { return files_.size(); }
   /// Lines that are not records, except half a last one: "out/results.jsonl: line 3 is not a record".
@@ -90,6 +95,9 @@ class KnownOutputs {
   void read(const std::string& path);
   void note(RecordLine record);
 
+  KeyFile* keys_;
+  std::size_t plain_ = 0, sealed_ = 0,
+              opened_ = 0;                  ///< records: that name originals, that do not, by the key file
   std::string given_;                       ///< the directory as the caller names it
   std::string folder_;                      ///< absolute
   std::map<std::string, LinesRead> files_;  ///< by path

@@ -81,11 +81,12 @@ std::string folder_of_all(const std::vector<RemovedOriginal>& originals) {
   return folder.string();
 }
 
-RemovedOriginals removed_originals(const std::string& output_dir) {
-  const KnownOutputs known(output_dir);
+RemovedOriginals removed_originals(const std::string& output_dir, KeyFile* keys) {
+  const KnownOutputs known(output_dir, keys);
   if (known.files() == 0)
     throw BrokenInput(output_dir +
                       ": has no records of convert (results.jsonl); give the directory of its outputs");
+  known.require_these_keys();
   std::vector<RemovedOriginal> originals;
   for (const auto& [output, one] : known.all()) {
     if (one.state != archive::Record::removed) continue;

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/archive/key_file.h"
+
 namespace tagrid {
 
 /// An original that was removed.
@@ -22,8 +24,8 @@ struct RemovedOriginals {
 };
 
 /// The removed originals in the records of `output_dir`. Throws WorldError if these cannot be read, and
-/// BrokenInput if there are none.
-RemovedOriginals removed_originals(const std::string& output_dir);
+/// BrokenInput if there are none. `keys`: the key file of an archive without names, or null.
+RemovedOriginals removed_originals(const std::string& output_dir, KeyFile* keys);
 
 /// The deepest directory that holds the directories of all originals; "" if there is none.
 std::string folder_of_all(const std::vector<RemovedOriginal>& originals);

@@ -8,6 +8,7 @@
 
 #include "io/errors/errors.h"
 #include "io/system/files.h"
+#include "io/text/text.h"
 #include "tools/catalogue/lines.h"
 #include "tools/catalogue/outputs.h"
 #include "tools/catalogue/schema.h"
@@ -15,11 +16,18 @@
 
 namespace tagrid {
 
-Catalogue::Catalogue(const std::string& folder, int threads) : folder_(folder), threads_(threads) {
+Catalogue::Catalogue(const std::string& folder, int threads, KeyFile* keys)
+    : folder_(folder), threads_(threads) {
   while (folder_.size() > 1 && folder_.ends_with('/')) folder_.pop_back();
   const auto status = status_of(folder_);
   if (!status) throw world_error("cannot open", folder_, ENOENT);
   if (!status->is_folder()) throw UsageError(folder_ + ": is not a directory; give that of the outputs");
+  if (keys != nullptr) {
+    require_outside("--keys", keys->path(), folder_);
+    open("");
+    note_keys(*keys);
+    return;
+  }
   const std::string path = path_of(index_name);
   // Whoever gives another directory must not hear that all is well.
   if (!status_of_name(path) && line_files_in(folder_).empty() && !has_outputs(folder_))
@@ -90,6 +98,34 @@ void Catalogue::update() {
   database_->execute(
       "DELETE FROM volumes WHERE bytes IS NULL AND state IS NULL AND tried IS NULL AND checked IS NULL;"
       "DELETE FROM details WHERE name NOT IN (SELECT name FROM volumes);");
+  changes.commit();
+}
+
+void Catalogue::note_keys(KeyFile& keys) {
+  Transaction changes(*database_);
+  database_->execute("CREATE INDEX IF NOT EXISTS by_input ON volumes (input)");
+  Statement subject = database_->prepare(
+      "UPDATE volumes SET patient = coalesce(?2, patient), patient_id = coalesce(?3, patient_id), "
+      "study = coalesce(?4, study), study_description = coalesce(?5, study_description), "
+      "study_date = coalesce(?6, study_date), series = coalesce(?7, series), modality = coalesce(?8, "
+      "modality) "
+      "WHERE name = ?1");
+  Statement input = database_->prepare("UPDATE volumes SET input = ?2 WHERE input = ?1");
+  Statement failure = database_->prepare("UPDATE volumes SET failure = ?3 WHERE name = ?1 AND failure = ?2");
+  keys.for_each([&](const nlohmann::ordered_json& half) {
+    const auto text = [&](const char* key) {
+      const auto found = half.find(key);
+      return found != half.end() && found->is_string()
+                 ? std::optional(name_of_text(found->get_ref<const std::string&>()))
+                 : std::nullopt;
+    };
+    const std::string name = text("output").value_or(""),
+                      keyed = std::string(keyed_mark) + text("keyed").value_or("");
+    subject.run(name, text("patient"), text("patient_id"), text("study"), text("study_description"),
+                text("study_date"), text("series"), text("modality"));
+    input.run(keyed, text("input"));
+    failure.run(name, keyed, text("error"));
+  });
   changes.commit();
 }
 

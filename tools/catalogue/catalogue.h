@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "tools/archive/key_file.h"
 #include "tools/archive/manifest.h"
 #include "tools/catalogue/database.h"
 #include "tools/catalogue/query.h"
@@ -40,9 +41,9 @@ struct CatalogueEntry {
 class Catalogue {
  public:
   /// Opens the index of the archive in `folder`, and brings it up to date. If the index is broken, it is made again. If
-  /// it cannot be written, as on a read-only copy, a temporary one takes its place. `threads` read files. Throws
-  /// WorldError.
-  Catalogue(const std::string& folder, int threads);
+  /// it cannot be written, as on a read-only copy, a temporary one takes its place. `threads` read files. `keys`: with this
+  /// key file, unless it is null, a temporary index also has the names that the archive lacks. Throws WorldError.
+  Catalogue(const std::string& folder, int threads, KeyFile* keys = nullptr);
 
   /// Sentences for users on what is not in order: lines that are not records, and what became of the index.
   const std::vector<std::string>& remarks() const { return remarks_; }
@@ -73,6 +74,7 @@ class Catalogue {
   void open(const std::string& path);
   void copy_index();
   void update();
+  void note_keys(KeyFile& keys);
   std::optional<std::string> output_named(const std::string& word) const;
   std::string key_meant(const std::string& key) const;
   Statement selected(const Query& query) const;

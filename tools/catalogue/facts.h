@@ -6,12 +6,13 @@
 #include <optional>
 #include <string>
 
+#include "tools/archive/subject.h"
+
 namespace tagrid {
 
 /// What people search for, and all else that `tagrid archive list --json` shows of the content of a file.
 struct FileFacts {
-  std::string patient, patient_id, study, study_description, study_date, modality,
-      series;  ///< of DICOM; "" if unknown
+  Subject subject;
   std::string type;
   std::optional<double> bound;  ///< the largest error of samples that is allowed; nothing: any
   std::uint64_t voxels = 0;     ///< of all volumes
@@ -21,8 +22,5 @@ struct FileFacts {
 
 /// Reads the header and the end of a file. Throws BrokenInput and WorldError.
 FileFacts facts_of(const std::string& path);
-
-/// A date of DICOM, "20200131", as "2020-01-31"; other texts as they are.
-std::string iso_date(const std::string& text);
 
 }  // namespace tagrid

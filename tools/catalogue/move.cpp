@@ -18,7 +18,9 @@ struct Renaming {
 
   /// True if the name was below `from`, and is changed.
   bool apply(nlohmann::ordered_json& text) const {
-    const std::string name = name_of_text(text.get<std::string>()), path = path_in_records(name, folder);
+    const std::string name = name_of_text(text.get<std::string>());
+    if (name.starts_with(keyed_mark)) return false;
+    const std::string path = path_in_records(name, folder);
     const std::string beginning = from == "/" ? from : from + "/";
     if (path != from && !path.starts_with(beginning)) return false;
     const std::string moved = path == from ? to : (fs::path(to) / path.substr(beginning.size())).string();
@@ -29,9 +31,10 @@ struct Renaming {
 
 }  // namespace
 
-Moved move_originals(const std::string& folder, const std::string& from, const std::string& to) {
+Moved move_originals(const std::string& folder, const std::string& from, const std::string& to,
+                     const std::string& keys) {
   Moved moved;
-  RecordsEditor records(folder);
+  RecordsEditor records(folder, keys);
   const Renaming renaming = {canonical_folder(folder), from, to};
   moved.unknown = records.prepare([&](nlohmann::ordered_json& json) {
     if (!json.contains("input") || !json["input"].is_string()) return Edit::keep;

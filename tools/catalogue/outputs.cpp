@@ -130,9 +130,10 @@ class OutputNotes {
       return;
     }
     const FileFacts& facts = *read.facts;
-    file_.run(file.name, file.bytes, file.modified, std::nullopt, facts.patient, facts.patient_id,
-              facts.study, facts.study_description, facts.study_date, facts.series, facts.modality,
-              facts.type, facts.bound, facts.voxels, facts.raw_bytes);
+    file_.run(file.name, file.bytes, file.modified, std::nullopt, facts.subject.patient,
+              facts.subject.patient_id, facts.subject.study, facts.subject.study_description,
+              facts.subject.study_date, facts.subject.series, facts.subject.modality, facts.type, facts.bound,
+              facts.voxels, facts.raw_bytes);
     details_.run(file.name, written_json(facts.more));
   }
 

@@ -30,12 +30,17 @@ std::optional<FileAttributes> like(const std::string& path) {
 
 }  // namespace
 
-RecordsEditor::RecordsEditor(const std::string& folder) {
+RecordsEditor::RecordsEditor(const std::string& folder, const std::string& keys) {
   for (const LineFileName& name : line_files_in(folder)) {
     const std::string path = folder + "/" + name.name;
     refuse_link(path);
     paths_.push_back(path);
     held_.push_back(std::make_unique<HeldByName>(path));
+  }
+  if (!keys.empty()) {
+    refuse_link(keys);
+    paths_.push_back(keys);
+    held_.push_back(std::make_unique<HeldByName>(keys));
   }
   // A file of records has its name at all times, so one that was set aside is not the only one.
   remove_leftovers(folder, paths_);

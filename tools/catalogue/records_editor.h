@@ -22,7 +22,8 @@ class RecordsEditor {
  public:
   /// Removes what a killed editor left beside them. Throws HeldByAnother if a run has one of them, UsageError if one is a
   /// link, and WorldError.
-  explicit RecordsEditor(const std::string& folder);
+  /// `keys`: the path of a key file whose halves of these records are edited like them; "": none.
+  explicit RecordsEditor(const std::string& folder, const std::string& keys = "");
 
   /// Calls edit(json) for each record and event of an output: it returns what becomes of the line, and has changed `json`
   /// if that is Edit::change. The new files are complete after this, but get their names by commit(). Returns the lines

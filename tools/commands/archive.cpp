@@ -98,6 +98,7 @@ Action add_list(CLI::App& app, const std::string& name, const std::string& help,
       ->disable_flag_override();
   command->add_flag("--print0", state->print0,
                     "Print only paths, each with a zero byte at its end, for xargs -0");
+  add_keys_option(*command, *state);
   add_run_options(*command, state->run);
   add_memory_option(*command, state->run);
   return [state](Ranks&) { state->execute(); };
@@ -111,7 +112,7 @@ struct ForgetCommand : ArchiveCommand {
   void execute() const {
     run.obey_memory_limit();
     // Before anything is looked up: it removes what a killed run left, which has names.
-    RecordsEditor records(folder);
+    RecordsEditor records(folder, keys);
     const Catalogue catalogue = opened();
     const std::vector<CatalogueEntry> entries = named(catalogue, "archive forget");
     if (entries.empty()) {
@@ -156,6 +157,7 @@ Action add_forget(CLI::App& app) {
   CLI::App* command = add_archive_action(
       app, *state, "forget", "Remove volumes for good: outputs, records, and names in the archive");
   command->add_flag("--yes", state->yes, "Do not ask");
+  add_keys_option(*command, *state);
   add_run_options(*command, state->run);
   return [state](Ranks&) { state->execute(); };
 }
@@ -168,13 +170,14 @@ struct MoveCommand : ArchiveCommand {
   void execute() const {
     const std::string old = absolute(from, "--from"),
                       now = fs::weakly_canonical(absolute(to, "--to")).string();
-    Moved moved = move_originals(folder, old, now);
+    Moved moved = move_originals(folder, old, now, keys);
     // Records have paths without links.
-    if (moved.changed == 0) moved = move_originals(folder, fs::weakly_canonical(old).string(), now);
+    if (moved.changed == 0) moved = move_originals(folder, fs::weakly_canonical(old).string(), now, keys);
     for (const std::string& place : moved.unknown)
       say("tagrid: {} is not a record, and stays as it is", place);
     if (moved.changed == 0)
-      throw usage_error("--from {}: no record in {} names a file below it", from, folder);
+      throw usage_error("--from {}: no record in {} names a file below it{}", from, folder,
+                        keys.empty() ? "; if it is an archive without names, give --keys FILE" : "");
     if (!is_folder(to)) warn(run, "{}: does not exist yet", to);
     if (!run.quiet) fmt::print("{} of {} changed\n", moved.changed, counted(moved.records, "record"));
   }
@@ -193,6 +196,7 @@ Action add_move(CLI::App& app) {
                                          "Tell the records that the directory of originals has moved", false);
   add_text_option(*command, "--from", state->from, "DIR", "The directory that the records name");
   add_text_option(*command, "--to", state->to, "DIR", "The directory in its place");
+  add_keys_option(*command, *state);
   add_run_options(*command, state->run);
   return [state](Ranks&) { state->execute(); };
 }
@@ -201,7 +205,9 @@ Action add_move(CLI::App& app) {
 
 Catalogue ArchiveCommand::opened() const {
   run.obey_memory_limit();
-  Catalogue catalogue(folder, run.thread_count());
+  std::optional<KeyFile> key_file;
+  if (!keys.empty()) key_file.emplace(keys);
+  Catalogue catalogue(folder, run.thread_count(), key_file ? &*key_file : nullptr);
   for (const std::string& remark : catalogue.remarks()) warn(run, remark);
   return catalogue;
 }
@@ -210,6 +216,11 @@ std::vector<CatalogueEntry> ArchiveCommand::named(const Catalogue& catalogue, co
   if (wanted.empty())
     throw usage_error("{}: give names of volumes or conditions, such as patient=Smith* or 'name=*'", command);
   return catalogue.entries(catalogue.query_of(wanted));
+}
+
+void add_keys_option(CLI::App& command, ArchiveCommand& state) {
+  add_text_option(command, "--keys", state.keys, "FILE",
+                  "Key file of an archive without names: also search in the names that it has");
 }
 
 CLI::App* add_archive_action(CLI::App& app, ArchiveCommand& state, const std::string& name,

@@ -13,13 +13,17 @@ namespace tagrid {
 struct ArchiveCommand {
   std::string folder;
   std::vector<std::string> wanted;  ///< conditions and names
+  std::string keys;                 ///< the key file of an archive without names; "": none
   RunOptions run;
 
-  /// The catalogue, after warnings on what is not in order. Throws WorldError.
+  /// The catalogue, after warnings on what is not in order, with the names of the key file. Throws WorldError.
   Catalogue opened() const;
   /// The volumes that are wanted. Throws UsageError if `wanted` is empty. `command` is for its message.
   std::vector<CatalogueEntry> named(const Catalogue& catalogue, const char* command) const;
 };
+
+/// Adds --keys.
+void add_keys_option(CLI::App& command, ArchiveCommand& state);
 
 /// Adds `tagrid archive NAME`, with the directory and, if it `takes_wanted`, conditions and names.
 CLI::App* add_archive_action(CLI::App& app, ArchiveCommand& state, const std::string& name,

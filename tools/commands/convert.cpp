@@ -4,6 +4,7 @@
 
 #include <cerrno>
 #include <filesystem>
+#include <optional>
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
@@ -13,9 +14,12 @@
 #include "tools/archive/conversion.h"
 #include "tools/archive/find_volumes.h"
 #include "tools/archive/input_removal.h"
+#include "tools/archive/key_file.h"
 #include "tools/archive/manifest.h"
+#include "tools/archive/name_template.h"
 #include "tools/archive/records.h"
 #include "tools/commands/commands.h"
+#include "tools/report/damage.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
@@ -42,7 +46,7 @@ struct ConvertCommand {
   EncodingOptions encoding;
   ConversionOptions options;
   bool remove_verified = false, keep_folders = false;
-  std::string find;
+  std::string find, naming;
 
   void execute(Ranks& ranks, const OptionTexts& given) const {
     refuse_address(find);
@@ -51,6 +55,8 @@ struct ConvertCommand {
       refuse_beside_find(given);
       return list_volumes();
     }
+    if (!naming.empty())
+      throw UsageError("--name: names the outputs of a list that --find makes; give it with --find");
     if (manifest.empty() || options.output_dir.empty())
       throw UsageError("convert: give --manifest FILE and --output-dir DIR, or --find ROOT to make a list");
     options.run.obey_memory_limit();
@@ -61,7 +67,8 @@ struct ConvertCommand {
     const Shard part = shard.empty() ? Shard{} : shard_option(shard);
     // Checks the options even if no volume remains to be encoded.
     const Encoding asked = encoding_of(given, options.run);
-    const std::vector<ManifestLine> lines = read_manifest(manifest, given, keep_folders);
+    std::vector<ManifestLine> lines = read_manifest(manifest, given, keep_folders);
+    if (!options.keys.empty()) keep_names_out(lines);
     if (lines.empty()) require_records();
     if (remove_verified) refuse_lines_without_bound(asked, lines);
     keep_report_apart(lines);
@@ -105,6 +112,34 @@ struct ConvertCommand {
                                results.name());
   }
 
+  // Nothing in the directory of the outputs may name an input.
+  void keep_names_out(std::vector<ManifestLine>& lines) const {
+    require_outside("--keys", options.keys, options.output_dir);
+    if (is_regular_output(manifest)) require_outside("--manifest", manifest, options.output_dir);
+    if (is_regular_output(options.run.json) && !options.run.json.empty())
+      require_outside("--json", options.run.json, options.output_dir);
+    bool has_headers = false;
+    for (ManifestLine& line : lines) {
+      try {
+        require_keyed_output(line);
+      } catch (const UsageError& error) {
+        throw usage_error("{}: {}", shown_input(manifest), error.what());
+      }
+      line.is_relative = false;  // paths in the key file do not depend on the archive
+      has_headers = has_headers || !encoding_of(line.options, options.run).options.strip;
+    }
+    const KeyFile keys(options.keys, !remove_verified);
+    warn_of_others(keys);
+    if (has_headers && !remove_verified)
+      warn(options.run,
+           "--keys: outputs keep the headers of their volumes, with the names in them; --strip omits these");
+  }
+
+  void warn_of_others(const KeyFile& keys) const {
+    if (keys.is_open_to_others())
+      warn(options.run, "{}: others can read it; chmod 600 {}", keys.path(), word_of_command(keys.path()));
+  }
+
   // Once all originals are removed, the list that --find makes of their directory is empty.
   void require_records() const {
     const std::string what = shown_input(manifest) + ": contains no volumes";
@@ -138,43 +173,53 @@ struct ConvertCommand {
 
   // Writes a list for --manifest to the standard output.
   void list_volumes() const {
-    std::size_t count = 0, broken = 0, passed_over = 0;
+    std::optional<KeyFile> keys;
+    if (!options.keys.empty()) warn_of_others(keys.emplace(options.keys, true));
+    std::optional<NameTemplate> names;
+    if (keys || !naming.empty()) names.emplace(naming.empty() ? "{hash}" : naming, keys ? &*keys : nullptr);
+    std::size_t count = 0, broken = 0, nameless = 0, passed_over = 0;
     // A list in a file has names as they are; a terminal must not act on them.
     const bool is_shown = is_terminal(standard_output);
     const auto print = [&](const std::string& name) { fmt::print("{}", is_shown ? printable(name) : name); };
-    find_volumes(find, encoding.source, options.run, [&](const FoundVolume& volume) {
-      std::string text = volume.text;
-      for (char& c : text)
-        if (c == '\n' || c == '\r' || c == '\0') c = ' ';
-      switch (volume.kind) {
-        case FoundVolume::Kind::broken:
-          ++broken;
-          fmt::print("# not listed: {}\n", printable(text));
-          return warn(options.run, text);
-        case FoundVolume::Kind::passed_over:
-          passed_over += volume.files;
-          return fmt::print("# passed over: {}\n", printable(text));
-        case FoundVolume::Kind::volume:
-          break;
-      }
-      ++count;
-      fmt::print("# {}\n", printable(text));
-      print(volume.path);
-      for (const auto& [name, value] : volume.options) {
-        fmt::print("\t{}=", name);
-        print(value);
-      }
-      fmt::print("\toutput=");
-      print(volume.output);
-      fmt::print("\n");
-      std::fflush(stdout);
-    });
-    if (options.run.quiet) return;
-    std::string sums = fmt::format("volumes: {}", count);
-    if (broken > 0) sums += fmt::format(", {} cannot be read", broken);
-    if (passed_over > 0)
-      sums += fmt::format(", {} passed over, as comments of the list say", counted(passed_over, "file"));
-    say_line(sums);
+    find_volumes(find, encoding.source, options.run, names ? &*names : nullptr,
+                 [&](const FoundVolume& volume) {
+                   std::string text = volume.text;
+                   for (char& c : text)
+                     if (c == '\n' || c == '\r' || c == '\0') c = ' ';
+                   switch (volume.kind) {
+                     case FoundVolume::Kind::broken:
+                     case FoundVolume::Kind::nameless:
+                       ++(volume.kind == FoundVolume::Kind::broken ? broken : nameless);
+                       fmt::print("# not listed: {}\n", printable(text));
+                       return warn(options.run, text);
+                     case FoundVolume::Kind::passed_over:
+                       passed_over += volume.files;
+                       return fmt::print("# passed over: {}\n", printable(text));
+                     case FoundVolume::Kind::volume:
+                       break;
+                   }
+                   ++count;
+                   fmt::print("# {}\n", printable(text));
+                   print(volume.path);
+                   for (const auto& [name, value] : volume.options) {
+                     fmt::print("\t{}=", name);
+                     print(value);
+                   }
+                   fmt::print("\toutput=");
+                   print(volume.output);
+                   fmt::print("\n");
+                   std::fflush(stdout);
+                 });
+    if (!options.run.quiet) {
+      std::string sums = fmt::format("volumes: {}", count);
+      if (broken > 0) sums += fmt::format(", {} cannot be read", broken);
+      if (passed_over > 0)
+        sums += fmt::format(", {} passed over, as comments of the list say", counted(passed_over, "file"));
+      say_line(sums);
+    }
+    if (nameless > 0)
+      throw broken_input_error("{} not listed, because --name gives no name or that of another one",
+                               counted(nameless, "volume"));
   }
 
   // A line may have the bound that the command lacks. Without any, only the original of that line is kept.
@@ -270,6 +315,10 @@ Action add_convert_command(CLI::App& app) {
                     "Keep the directories of the list: 2019/knee.nhdr becomes DIR/2019/knee.tag");
   add_text_option(*command, "--shard", state->shard, "i/n",
                   "Process only part i of n equal parts of the list; i counts from 0");
+  add_text_option(*command, "--name", state->naming, "TEMPLATE",
+                  "With --find: name outputs after fields of their volumes: {study_date}/{hash}");
+  add_text_option(*command, "--keys", state->options.keys, "FILE",
+                  "Keep names and paths of inputs in FILE, which is created, and out of the archive");
   CLI::Option* skip = command->add_flag("--skip-done", state->options.skip_done,
                                         "Skip volumes that are done according to the records");
   command

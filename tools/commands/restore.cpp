@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
@@ -26,13 +27,15 @@ namespace {
 namespace fs = std::filesystem;
 
 struct RestoreCommand {
-  std::string input, records;
+  std::string input, records, keys;
   OutputOptions output;
   RunOptions run;
 
   void execute(Ranks& ranks) const {
     run.obey_memory_limit();
     if (!records.empty()) return restore_all(ranks);
+    if (!keys.empty())
+      throw UsageError("--keys: has the names in records; give --records DIR, or leave it out");
     if (input.empty()) throw UsageError("give a .tag file, or --records DIR");
     if (input == "-")
       throw UsageError("standard input: only a regular file can be restored; save it as one first");
@@ -59,7 +62,9 @@ struct RestoreCommand {
     if (!input.empty())
       throw UsageError("--records: restores all originals of a directory; leave out " + input);
     if (!run.json.empty()) throw UsageError("--records: has no statistics; leave out --json");
-    const auto [originals, unknown] = removed_originals(records);
+    std::optional<KeyFile> key_file;
+    if (!keys.empty()) key_file.emplace(keys);
+    const auto [originals, unknown] = removed_originals(records, key_file ? &*key_file : nullptr);
     const std::string all = folder_of_all(originals);
     std::size_t restored = 0, there = 0, failed = 0;
     for (const RemovedOriginal& original : originals) {
@@ -76,6 +81,7 @@ struct RestoreCommand {
         one.output.path =
             (fs::path(output.path) / fs::path(original.folder).lexically_relative(all)).lexically_normal();
       one.records.clear();
+      one.keys.clear();
       try {
         if (!original.error.empty()) throw BrokenInput(original.error);
         // Relative records name it relative to the outputs, which may have moved without the
@@ -162,6 +168,8 @@ Action add_restore_command(CLI::App& app) {
   add_text_option(
       *command, "--records", state->records, "DIR",
       "Restore all originals that convert --remove-verified removed; DIR is the directory of its outputs");
+  add_text_option(*command, "--keys", state->keys, "FILE",
+                  "With --records: the key file of an archive without names");
   add_text_option(
       *command, "-o,--output", state->output.path, "DIR",
       "Directory for the files, created if it does not exist; with --records, for the tree of all originals");
