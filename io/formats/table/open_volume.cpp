@@ -175,8 +175,8 @@ BrokenInput no_volume(FileBytes& file, const std::string& path) {
   return BrokenInput(fmt::format("{}: not {}", file.name(), known_formats()), Problem::no_known_format);
 }
 
-/// The format that a program reads from files with the extension of `path`; nullptr if there is none, and for files that
-/// are empty or begin as those of another known format do.
+/// The format that a program reads from files with the extension of `path`; nullptr if there is none, and for
+/// files that are empty or begin as those of another known format do.
 const Format* format_of_name(FileBytes& file, const std::string& path) {
   const std::string extension = lower_case(fs::path(path).extension().string());
   const auto found = std::ranges::find_if(formats(), [&](const Format& format) {

@@ -55,8 +55,8 @@ std::optional<int> bits_of_jpeg_xl(const DicomFile& file);
 void note_stream_without_sign(DicomFile& file);
 
 /// Whether the code stream of the first frame was made with a loss: by the irreversible wavelet of JPEG 2000
-/// (9-7), as near-lossless JPEG-LS, or in the colors of JPEG XL. Nothing if the stream does not say, for it is damaged, or of another
-/// kind. Throws WorldError. REQUIRES: pixels.encapsulated.
+/// (9-7), as near-lossless JPEG-LS, or in the colors of JPEG XL. Nothing if the stream does not say, for it is
+/// damaged, or of another kind. Throws WorldError. REQUIRES: pixels.encapsulated.
 std::optional<bool> has_lossy_stream(const std::string& path, const DicomPixels& pixels);
 
 // What code streams say of themselves, which may be other than what their file says: JPEG and RLE.
