@@ -102,9 +102,10 @@ class Effort(ReaderTest):
             time.sleep(4.5)
             (self.folder / "list.tsv").write_text(f"{name}/DICOMDIR\tseries=all\toutput={name}\n")
             self.ok("convert", "--manifest", "list.tsv", "--output-dir", "out", "-q")
-            self.ok("decode", f"out/{name}.tag", "--samples", "-o", "all.raw", "-f")
-            samples = numpy.fromfile(self.folder / "all.raw", "<i2" if self.info(f"out/{name}.tag")["type"] == "int16" else "<u2")
-            self.assertTrue((samples.reshape(2, 4, 32, 32) == truth).all(), name)
+            for i, volume in enumerate(truth):
+                self.ok("decode", f"out/{name}.tag", "--samples", "--volume", i, "-o", "one.raw", "-f")
+                samples = numpy.fromfile(self.folder / "one.raw", self.info(f"out/{name}.tag")["type"])
+                self.assertTrue((samples.reshape(volume.shape) == volume).all(), (name, i))
 
 
 if __name__ == "__main__":
