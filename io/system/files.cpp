@@ -10,7 +10,7 @@ namespace {
 std::optional<FileStatus> status_at(const std::string& path, bool follows_link) {
   FileStatus status;
   if (files().status(path, follows_link, status)) return status;
-  if (errno == ENOENT || errno == ENOTDIR || errno == ELOOP) return std::nullopt;
+  if (errno == ENOENT || errno == ENOTDIR || errno == ELOOP || errno == ENAMETOOLONG) return std::nullopt;
   throw world_error("cannot get its status", path, errno);
 }
 

@@ -174,7 +174,7 @@ class Descriptor {
 /// The folder of a path: "." if the path names none.
 std::string folder_of(const std::string& path);
 
-/// The status of a file. Returns nothing if no file has this path, or if its links lead nowhere or in a
+/// The status of a file. Returns nothing if no file has this path, or can have it, or if its links lead nowhere or in a
 /// circle. Throws WorldError if the system cannot tell: nobody may take such a name for a free one.
 std::optional<FileStatus> status_of(const std::string& path);
 /// The same, but of a symbolic link itself, not of the file that it leads to.

@@ -138,7 +138,7 @@ Query Catalogue::query_of(const std::vector<std::string>& words) const {
       condition->key = key_meant(condition->key);
       query.conditions.push_back(std::move(*condition));
     } else if (word.find_first_of("*?") != word.npos) {
-      query.conditions.push_back({"name", "=", word});
+      query.patterns.push_back(word);
     } else {
       throw UsageError(
           fmt::format("{}: no volume in {} has this name, and it is no condition, such as patient=Smith*",
@@ -180,12 +180,19 @@ Statement Catalogue::selected(const Query& query) const {
     values.insert(values.end(), sql.values.begin(), sql.values.end());
     needs_details = needs_details || !is_column(condition.key);
   }
+  std::string of_names;
   if (!query.names.empty()) {
     database_->execute("DROP TABLE IF EXISTS temp.wanted; CREATE TEMP TABLE wanted (name TEXT PRIMARY KEY)");
     Statement add = database_->prepare("INSERT OR IGNORE INTO wanted VALUES (?)");
     for (const std::string& name : query.names) add.run(name);
-    where += " AND name IN (SELECT name FROM wanted)";
+    of_names = "name IN (SELECT name FROM wanted)";
   }
+  for (const std::string& pattern : query.patterns) {
+    const SqlCondition sql = in_sql({"name", "=", pattern});
+    of_names += (of_names.empty() ? "" : " OR ") + sql.text;
+    values.insert(values.end(), sql.values.begin(), sql.values.end());
+  }
+  if (!of_names.empty()) where += " AND (" + of_names + ")";
   Statement rows = database_->prepare(fmt::format(
       "SELECT name, status, state, bytes, modified, problem, failure, patient, patient_id, "
       "study_date, modality, type, "

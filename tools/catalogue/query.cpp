@@ -77,14 +77,17 @@ std::string number_in_sql(const Condition& condition, Kind kind) {
 
 SqlCondition compared_text(const std::string& sql, const Condition& condition) {
   const auto& [key, comparison, value] = condition;
-  // What is unknown equals nothing, and differs from everything.
+  // What is unknown equals nothing, not even *, and differs from everything.
   const std::string text = fmt::format("coalesce({}, '')", sql);
-  if (comparison == "~" || comparison == "!~")
-    return {fmt::format("{} {}LIKE ? ESCAPE '\\'", text, comparison == "~" ? "" : "NOT "),
-            {"%" + like_pattern(value, false) + "%"}};
-  if (comparison == "=" || comparison == "!=")
-    return {fmt::format("{} {}LIKE ? ESCAPE '\\'", text, comparison == "=" ? "" : "NOT "),
-            {like_pattern(value, true)}};
+  const std::string is_known = fmt::format("{} <> '' AND ", text),
+                    differs = fmt::format("{0} = '' OR ", text);
+  const bool is_part = comparison.ends_with('~');
+  if (is_part || comparison == "=" || comparison == "!=") {
+    const std::string pattern = is_part ? "%" + like_pattern(value, false) + "%" : like_pattern(value, true);
+    return comparison[0] == '!'
+               ? SqlCondition{fmt::format("({}{} NOT LIKE ? ESCAPE '\\')", differs, text), {pattern}}
+               : SqlCondition{fmt::format("({}{} LIKE ? ESCAPE '\\')", is_known, text), {pattern}};
+  }
   return {fmt::format("({0} <> '' AND {0} {1} ? COLLATE NOCASE)", text, comparison), {value}};
 }
 

@@ -22,7 +22,8 @@ std::optional<Condition> condition_in(std::string_view text);
 struct Query {
   std::vector<Condition> conditions = {};
   std::vector<std::string> names = {};
-  bool wants_json = false;  ///< Entries get their facts.
+  std::vector<std::string> patterns = {};  ///< of names, with * and ?
+  bool wants_json = false;                 ///< Entries get their facts.
 };
 
 /// A condition in SQL, and the texts for its `?`.

@@ -1,6 +1,7 @@
 // tagrid archive: what is in an archive, that it is intact, and what its keepers do with it.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -115,10 +116,6 @@ struct ForgetCommand : ArchiveCommand {
     RecordsEditor records(folder, keys);
     const Catalogue catalogue = opened();
     const std::vector<CatalogueEntry> entries = named(catalogue, "archive forget");
-    if (entries.empty()) {
-      if (!run.quiet) fmt::print("no volume is forgotten: none is as wanted\n");
-      return;
-    }
     require_consent(entries);
     const Forgotten forgotten = forget(catalogue, entries, records);
     if (!run.quiet)
@@ -215,7 +212,15 @@ Catalogue ArchiveCommand::opened() const {
 std::vector<CatalogueEntry> ArchiveCommand::named(const Catalogue& catalogue, const char* command) const {
   if (wanted.empty())
     throw usage_error("{}: give names of volumes or conditions, such as patient=Smith* or 'name=*'", command);
-  return catalogue.entries(catalogue.query_of(wanted));
+  return matching(catalogue);
+}
+
+std::vector<CatalogueEntry> ArchiveCommand::matching(const Catalogue& catalogue) const {
+  std::vector<CatalogueEntry> entries = catalogue.entries(catalogue.query_of(wanted));
+  // A mistake in a condition must not look as if all was done.
+  if (entries.empty() && !wanted.empty())
+    throw UsageError(fmt::format("{}: no volume matches {}", folder, fmt::join(wanted, " ")));
+  return entries;
 }
 
 void add_keys_option(CLI::App& command, ArchiveCommand& state) {

@@ -119,7 +119,7 @@ struct CheckCommand : ArchiveCommand {
     const double most_seconds = budget.empty() ? INFINITY : duration("--budget", budget);
     const Catalogue catalogue = opened();
     RunReport report(run.json, run.thread_count(), overwrite, "archive check", folder, "");
-    const std::vector<CatalogueEntry> all = catalogue.entries(catalogue.query_of(wanted));
+    const std::vector<CatalogueEntry> all = matching(catalogue);
     const std::vector<CatalogueEntry> entries = chosen(all, choice, seconds_since_1970());
     CheckRun checks(catalogue, run);
     ListMeter meter(run.progress, run.quiet, entries.size());
@@ -206,7 +206,7 @@ Action add_check(CLI::App& app) {
 struct ArchiveRepairCommand : ArchiveCommand {
   /// Those that are wanted, otherwise all that are known to be damaged.
   std::vector<CatalogueEntry> chosen_entries(const Catalogue& catalogue) const {
-    if (!wanted.empty()) return catalogue.entries(catalogue.query_of(wanted));
+    if (!wanted.empty()) return matching(catalogue);
     std::vector<CatalogueEntry> entries;
     for (const char* status : {"damaged", "unreadable"})
       for (CatalogueEntry& entry : catalogue.entries({.conditions = {{"status", "=", status}}}))

@@ -18,7 +18,9 @@ struct ArchiveCommand {
 
   /// The catalogue, after warnings on what is not in order, with the names of the key file. Throws WorldError.
   Catalogue opened() const;
-  /// The volumes that are wanted. Throws UsageError if `wanted` is empty. `command` is for its message.
+  /// The volumes that are wanted. Throws UsageError if conditions and names are given, and there is none.
+  std::vector<CatalogueEntry> matching(const Catalogue& catalogue) const;
+  /// The same. Throws UsageError also if `wanted` is empty. `command` is for its message.
   std::vector<CatalogueEntry> named(const Catalogue& catalogue, const char* command) const;
 };
 

@@ -31,7 +31,9 @@ void take_out(const ArchiveCommand& command, const char* name, const char* done,
   for (const CatalogueEntry& entry : command.named(catalogue, name)) {
     const std::string path = catalogue.path_of(entry.name);
     try {
-      if (!entry.bytes) throw BrokenInput(path + ": is gone");
+      if (!entry.bytes)
+        throw BrokenInput(entry.status == "failed" ? "was never encoded: " + entry.problem
+                                                   : path + ": is gone");
       take(path, fs::path(entry.name).replace_extension().string());
       ++taken;
     } catch (const Error&) {
@@ -75,7 +77,7 @@ struct ArchiveExportCommand : ArchiveCommand {
     if (volume.output.empty() || volume.output == "-")
       throw UsageError("give -o TARGET, the directory for the volumes");
     if (volume.format.empty())
-      throw UsageError("give --format NAME, such as nrrd, nifti, tiff, ome-zarr or dicom");
+      throw UsageError("give --format NAME, such as nrrd, nifti, tiff, zarr or dicom");
     if (volume.format == dicom) refuse_for_dicom();
     make_target(volume.output);
     if (volume.format == dicom)

@@ -41,6 +41,7 @@ void add_format_option(CLI::App& command, std::string& format, const std::string
   std::vector<std::string> help;
   for (const Format* written : written_formats())
     help.push_back(fmt::format("{} ({})", written->name, written->help));
+  if (!other.empty()) help.push_back(other);
   add_text_option(
       command, "--format", format, "FORMAT",
       fmt::format("Format of the output (default: from its extension):\n{}", fmt::join(help, "\n")))

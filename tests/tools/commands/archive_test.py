@@ -332,6 +332,28 @@ class Archive(ProgramTest):
         self.tagrid("restore", "--records", "tags", "-o", "back")
         self.assertEqual(len(contents(self.folder / "back")), 3 + 3 * 2)
 
+    def test_names_are_alternatives_and_a_mistake_is_not_all_done(self):
+        names = [name for name in self.outputs() if "v" in name.rpartition("/")[2]]
+        self.assertEqual(self.names("*v0*", names[1]), names[:2])
+        self.assertEqual(self.names("*v0*", "*v1*", "type=uint8"), names[:2])
+        self.assertEqual(self.names("*v0*", "type=float32"), [])
+        for command in (["check", "tags"], ["repair", "tags"], ["restore", "tags", "-o", "t"], ["forget", "tags", "--yes"],
+                        ["export", "tags", "-o", "t", "--format", "nrrd"]):
+            said = self.tagrid("archive", *command, "patient=Nobody", code=64).stderr.decode()
+            self.assertIn("tags: no volume matches patient=Nobody", said)
+        if FileDataset:
+            known = [entry["name"] for entry in self.listed() if "dicom_PatientName" in entry["pairs"]]
+            self.assertEqual(self.names("patient=*"), known)
+            self.assertEqual(self.names("patient~"), known)
+            self.assertEqual(self.names("patient!=*"), names)
+
+    def test_an_output_with_the_longest_name_is_checked(self):
+        name = "n" * 250 + ".tag"
+        self.list.write_text(f"scans/plain/v0.nrrd\toutput={name}\n")
+        self.tagrid("convert", "--manifest", self.list, "--output-dir", "tags", "--parity", "5%")
+        self.tagrid("archive", "check", "tags", name)
+        self.tagrid("verify", self.tags / name)
+
     def test_a_number_that_goes_on_is_another_name(self):
         self.list.write_text("".join(f"scans/plain/v{i}.nrrd\toutput={name}/a\n" for i, name in enumerate(("ct 15", "ct 155", "9ct 7"))))
         self.convert()
@@ -356,7 +378,7 @@ class Archive(ProgramTest):
                 records.write(json.dumps(dict(record, output=name)) + "\n")
         self.assertEqual(self.names("status=missing"), ["link/also.tag"])
         self.tagrid("archive", "forget", "tags", "status=missing", "--yes", code=64)
-        self.tagrid("archive", "forget", "tags", "name=*precious*", "--yes")
+        self.tagrid("archive", "forget", "tags", "name=*precious*", "--yes", code=64)
         self.assertEqual(precious.read_text(), "all that I have")
         self.assertEqual((self.folder / "elsewhere" / "also.tag").read_text(), "and this")
 
@@ -410,7 +432,7 @@ class Archive(ProgramTest):
         self.assertFalse(older.exists())
         self.assertFalse((self.tags / ".results.jsonl.oldabcdef").exists())
         (self.tags / ".results.jsonl.oldabcdef").write_bytes(b"names")
-        self.tagrid("archive", "forget", "tags", "name=nothing*", "--yes")
+        self.tagrid("archive", "forget", "tags", "name=nothing*", "--yes", code=64)
         self.assertFalse((self.tags / ".results.jsonl.oldabcdef").exists())
 
     def test_outputs_that_cannot_be_seen_are_not_gone(self):
