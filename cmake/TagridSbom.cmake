@@ -22,9 +22,9 @@ function(tagrid_write_sbom)
   if(TAGRID_STATIC_SQLITE)
     set(sqlite STATIC_LINK)
   endif()
-  set(nettle DYNAMIC_LINK)
-  if(TAGRID_STATIC_NETTLE)
-    set(nettle STATIC_LINK)
+  set(sodium DYNAMIC_LINK)
+  if(TAGRID_STATIC_SODIUM)
+    set(sodium STATIC_LINK)
   endif()
   set(dependencies
     "libtbb-dev|oneTBB|Apache-2.0|tbb/tbb.h|tbb|DYNAMIC_LINK"
@@ -34,7 +34,7 @@ function(tagrid_write_sbom)
     "libcurl4-openssl-dev, libcurl4-gnutls-dev|curl|curl|curl/curl.h|libcurl|OPTIONAL_DEPENDENCY_OF"
     "libhwy-dev|Highway|Apache-2.0|hwy/highway.h|libhwy|STATIC_LINK"
     "libsqlite3-dev|SQLite|blessing|sqlite3.h|sqlite3|${sqlite}"
-    "nettle-dev|Nettle|LGPL-3.0-or-later OR GPL-2.0-or-later|nettle/hmac.h|nettle|${nettle}"
+    "libsodium-dev|libsodium|ISC|sodium.h|libsodium|${sodium}"
     "libcli11-dev|CLI11|BSD-3-Clause|CLI/CLI.hpp|CLI11|STATIC_LINK"
     "libfmt-dev|fmt|MIT|fmt/format.h|fmt|DYNAMIC_LINK"
     "nlohmann-json3-dev|JSON for Modern C++|MIT|nlohmann/json.hpp|nlohmann_json|STATIC_LINK"

@@ -6,7 +6,7 @@
 # shellcheck disable=SC2034
 set -euo pipefail
 
-build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libisal-dev libcurl4-openssl-dev libhwy-dev libsqlite3-dev nettle-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev libbz2-dev libpng-dev
+build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libisal-dev libcurl4-openssl-dev libhwy-dev libsqlite3-dev libsodium-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev libbz2-dev libpng-dev
   libtiff-dev libseccomp-dev libpugixml-dev libdcmtk-dev libopenjp2-7-dev libjxl-dev libgsf-1-dev libglib2.0-dev libhdf5-dev libblosc-dev pkgconf
   libopenvdb-dev libimath-dev libboost-dev)
 mpi=("${build[@]}" libopenmpi-dev openmpi-bin)

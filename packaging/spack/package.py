@@ -24,7 +24,7 @@ class Tagrid(CMakePackage):
 
     depends_on("tbb")
     depends_on("sqlite")
-    depends_on("nettle")
+    depends_on("libsodium")
     depends_on("zstd")
     depends_on("xxhash")
     depends_on("isa-l")

@@ -25,7 +25,8 @@ MAGIC = b"\x89TAG\r\n\x1a\n"
 
 # What conda-forge, Spack and vcpkg call the libraries of docs/design.md.
 NAMES = {"libtbb-dev": ("tbb-devel", "tbb", "tbb"), "libzstd-dev": ("zstd",) * 3, "libxxhash-dev": ("xxhash",) * 3,
-         "libisal-dev": ("isa-l", "isa-l", "isal"), "libcurl4-openssl-dev": ("libcurl", "curl", "curl"), "libsqlite3-dev": ("libsqlite", "sqlite", "sqlite3"), "nettle-dev": ("nettle", "nettle", "nettle"),
+         "libisal-dev": ("isa-l", "isa-l", "isal"), "libcurl4-openssl-dev": ("libcurl", "curl", "curl"), "libsqlite3-dev": ("libsqlite", "sqlite", "sqlite3"),
+         "libsodium-dev": ("libsodium",) * 3,
          "libhwy-dev": ("libhwy", "highway", "highway"), "libcli11-dev": ("cli11",) * 3, "libfmt-dev": ("fmt",) * 3,
          "nlohmann-json3-dev": ("nlohmann_json", "nlohmann-json", "nlohmann-json"),
          "zlib1g-dev": ("zlib", "zlib-api", "zlib"),

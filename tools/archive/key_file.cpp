@@ -1,7 +1,7 @@
 #include "tools/archive/key_file.h"
 
 #include <fmt/format.h>
-#include <nettle/hmac.h>
+#include <sodium.h>
 
 #include <array>
 #include <cerrno>
@@ -134,15 +134,15 @@ void KeyFile::read_more() {
 }
 
 std::string KeyFile::hash(std::initializer_list<std::string_view> texts, std::size_t digits) const {
-  hmac_sha256_ctx context;
+  crypto_auth_hmacsha256_state state;
   const auto bytes = [](std::string_view text) { return reinterpret_cast<const std::uint8_t*>(text.data()); };
-  hmac_sha256_set_key(&context, secret_.size(), bytes(secret_));
+  crypto_auth_hmacsha256_init(&state, bytes(secret_), secret_.size());
   for (const std::string_view text : texts) {
-    hmac_sha256_update(&context, text.size(), bytes(text));
-    hmac_sha256_update(&context, 1, bytes(std::string_view("\0", 1)));  // which ends each text
+    crypto_auth_hmacsha256_update(&state, bytes(text), text.size());
+    crypto_auth_hmacsha256_update(&state, bytes(std::string_view("\0", 1)), 1);  // which ends each text
   }
-  std::array<std::uint8_t, SHA256_DIGEST_SIZE> digest = {};
-  hmac_sha256_digest(&context, digest.size(), digest.data());
+  std::array<std::uint8_t, crypto_auth_hmacsha256_BYTES> digest = {};
+  crypto_auth_hmacsha256_final(&state, digest.data());
   return in_digits(digest).substr(0, digits);
 }
 

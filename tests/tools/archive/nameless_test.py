@@ -345,7 +345,7 @@ class Nameless(unittest.TestCase):
         self.make_originals()
         self.find()
         self.convert()
-        self.run_tagrid("archive", "forget", "archive", "patient=Zwiebelfisch*", "--yes")  # which finds none
+        self.run_tagrid("archive", "forget", "archive", "patient=Zwiebelfisch*", "--yes", code=64)  # which finds none
         self.assertEqual(len(self.outputs()), len(PATIENTS) + 1)
         half = next(half for half in self.halves() if half.get("patient", "").startswith("Zwiebelfisch"))
         self.run_tagrid("archive", "forget", "archive", "--keys", "keys.jsonl", "patient=Zwiebelfisch*", "--yes")
