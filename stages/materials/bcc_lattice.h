@@ -3,8 +3,7 @@
 // Lattice points count in halves of H, so that both are points: corners have even coordinates, centers have odd
 // ones. Neighbors are joined by edges of two lengths: half a diagonal of a cube ("short", between a corner and a
 // center), and H ("long", between two corners or two centers). Four tetrahedra surround each long edge; all
-// tetrahedra are alike, with dihedral angles of 60 and 90 degrees. Where the lattice ends, the diagonals of faces
-// of cubes are edges as well.
+// tetrahedra are alike, with dihedral angles of 60 and 90 degrees.
 #pragma once
 
 #include <array>
@@ -17,39 +16,28 @@
 
 namespace tagrid {
 
-/// An edge leaves its lower end (in raster order) in one of these directions: 4 short ones, 3 long ones, 6
-/// diagonals.
-inline constexpr std::array<Index3, 13> edge_directions = {{{-1, -1, 1},
-                                                            {1, -1, 1},
-                                                            {-1, 1, 1},
-                                                            {1, 1, 1},
-                                                            {2, 0, 0},
-                                                            {0, 2, 0},
-                                                            {0, 0, 2},
-                                                            {-2, 2, 0},
-                                                            {2, 2, 0},
-                                                            {-2, 0, 2},
-                                                            {2, 0, 2},
-                                                            {0, -2, 2},
-                                                            {0, 2, 2}}};
-inline constexpr int first_long_edge = 4, first_diagonal = 7, edges_of_point = 13;
+/// An edge leaves its lower end (in raster order) in one of these directions: 4 short ones, 3 long ones.
+inline constexpr std::array<Index3, 7> edge_directions = {
+    {{-1, -1, 1}, {1, -1, 1}, {-1, 1, 1}, {1, 1, 1}, {2, 0, 0}, {0, 2, 0}, {0, 0, 2}}};
+inline constexpr int first_long_edge = 4, edges_of_point = 7;
 
-/// 0 for short edges, 1 for long ones, 2 for diagonals.
-constexpr int length_class(int edge) { return edge < first_long_edge ? 0 : edge < first_diagonal ? 1 : 2; }
+/// 0 for short edges, 1 for long ones.
+constexpr int length_class(int edge) { return edge < first_long_edge ? 0 : 1; }
 /// Squares of the lengths, in halves of H.
-inline constexpr std::array<std::int64_t, 3> squared_lengths = {3, 4, 8};
+inline constexpr std::array<std::int64_t, 2> squared_lengths = {3, 4};
 
 /// True if `a` comes before `b` in raster order.
 constexpr bool is_before(Index3 a, Index3 b) {
   return a.z != b.z ? a.z < b.z : a.y != b.y ? a.y < b.y : a.x < b.x;
 }
 
-/// The edge with this direction, which is one of edge_directions.
+/// The edge between a point and the point in this direction, which may be the opposite of one of edge_directions; -1
+/// for others, such as diagonals of faces of cubes, which are never cut.
 constexpr int edge_of_direction(Index3 d) {
-  const auto sign = [](std::int64_t c) { return c > 0 ? 1 : 0; };
-  if (d.x != 0 && d.y != 0 && d.z != 0) return sign(d.x) + 2 * sign(d.y);
-  if (d.z == 0) return d.y == 0 ? 4 : d.x == 0 ? 5 : 7 + sign(d.x);
-  return d.x == 0 && d.y == 0 ? 6 : d.y == 0 ? 9 + sign(d.x) : 11 + sign(d.y);
+  if (d.z < 0 || (d.z == 0 && (d.y < 0 || (d.y == 0 && d.x < 0)))) d = -1 * d;
+  if (d.x != 0 && d.y != 0 && d.z != 0) return (d.x > 0 ? 1 : 0) + (d.y > 0 ? 2 : 0);
+  const int zeros = (d.x == 0) + (d.y == 0) + (d.z == 0);
+  return zeros != 2 ? -1 : d.x != 0 ? 4 : d.y != 0 ? 5 : 6;
 }
 
 constexpr bool is_edge_of_every_direction_found() {

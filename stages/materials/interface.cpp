@@ -29,7 +29,6 @@ Interface::Interface(const InterpolatedSamples& field, const Materials& material
   for_each_bcc_point(box, [&](Index3 p) { material_[points_.number(p)] = point_materials.at(p); });
   const Box centers{box.low + Index3{1, 1, 1}, box.high - Index3{1, 1, 1}};
   for_each_bcc_point(box, [&](Index3 p) { find_cuts(p); });
-  for_each_point_of(centers, 2, [&](Index3 center) { find_cuts_of_diagonals(center); });
   for_each_bcc_point(box, [&](Index3 p) { snap(p); });
   for_each_point_of(centers, 2, [&](Index3 center) {
     if (is_marked(center)) shorten_ways(center);
@@ -38,22 +37,10 @@ Interface::Interface(const InterpolatedSamples& field, const Materials& material
 
 void Interface::find_cuts(Index3 p) {
   const std::uint8_t material = material_[points_.number(p)];
-  for (int edge = 0; edge < first_diagonal; ++edge) {
+  for (int edge = 0; edge < edges_of_point; ++edge) {
     const Index3 q = p + edge_directions[static_cast<std::size_t>(edge)];
     if (points_.box().contains(q) && material_[points_.number(q)] != material) find_cut(p, edge);
   }
-}
-
-void Interface::find_cuts_of_diagonals(Index3 center) {
-  for (int axis = 0; axis < 3; ++axis)
-    for (const std::int64_t side : {-1, 1}) {
-      if (!is_at_end(center, axis, side) || !is_marked(center)) continue;
-      const Square square = square_of(center, axis, side);
-      const auto first = static_cast<std::size_t>(diagonal(center, axis, side));
-      if (material(square[first]) == material(square[first + 2])) continue;
-      const MeshVertex cut = cut_vertex(square[first], square[first + 2]);
-      find_cut(cut.point, cut.edge);
-    }
 }
 
 // The last position from p on that is on the side of p, by bisection: the same steps in every brick.
@@ -102,6 +89,14 @@ void Interface::shorten_ways(Index3 center) {
       if (!is_marked(other)) {
         limit_way(center, way_of_half_pyramids);
         for (const Index3 corner : square) limit_way(corner, way_of_half_pyramids);
+        if (is_at_end(center, axis, side) || !is_snapped(center)) continue;
+        const auto d = static_cast<std::size_t>(diagonal(center, axis, side));
+        for (std::size_t half = 0; half < 4; half += 2) {
+          const std::array<Index3, 4> corners = {center, square[d + half], square[(d + half + 1) % 4],
+                                                 square[(d + half + 2) % 4]};
+          if (std::all_of(corners.begin(), corners.end(), [&](Index3 p) { return is_snapped(p); }))
+            for (const Index3 corner : corners) limit_way(corner, way_of_half_pyramids_if_all_are_snapped);
+        }
         continue;
       }
       if (side < 0 || !points_.box().contains(other)) continue;  // belongs to the other cube, or is not known
@@ -116,11 +111,6 @@ void Interface::shorten_ways(Index3 center) {
 
 int Interface::diagonal(Index3 center, int axis, std::int64_t side) const {
   const Square square = square_of(center, axis, side);
-  if (is_at_end(center, axis, side)) {  // no tetrahedron beyond has to agree
-    const bool first = material(square[0]) == material(square[2]),
-               second = material(square[1]) == material(square[3]);
-    if (first != second) return first ? 0 : 1;
-  }
   const Index3 middle = center + side * unit_vector(axis);
   const BaseEdge edge = base_edge(middle, classify(middle, lattice_.cube_size), lattice_.cube_size);
   return edge.left == square[0] || edge.left == square[2] ? 0 : 1;

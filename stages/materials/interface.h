@@ -20,13 +20,14 @@ namespace tagrid {
 /// Cuts count in these parts of an edge.
 inline constexpr std::int32_t cut_parts = 65536;
 /// An end is snapped if a cut is nearer than this part of the edge: by length class.
-inline constexpr std::array<std::int32_t, 3> snap_limits = {27001, 16384, 11585};
+inline constexpr std::array<std::int32_t, 2> snap_limits = {27001, 16384};
 /// A snapped vertex goes so many quarters of the way to its cut.
 inline constexpr std::uint8_t entire_way = 4;
 /// If all four corners of a tetrahedron are snapped, it could become flat.
 inline constexpr std::uint8_t way_if_all_are_snapped = 3;
 /// Corners of half pyramids, which are at the end of the lattice and where tetrahedra become coarser.
 inline constexpr std::uint8_t way_of_half_pyramids = 2;
+inline constexpr std::uint8_t way_of_half_pyramids_if_all_are_snapped = 1;
 
 /// The four corners of a face of a cube, counterclockwise as seen from where `axis` points.
 using Square = std::array<Index3, 4>;
@@ -44,7 +45,9 @@ class Interface {
   std::uint8_t material(Index3 p) const { return material_[points_.number(p)]; }
   bool is_snapped(Index3 p) const { return snapped_[points_.number(p)] != not_snapped; }
   /// True if the edge between two points has a cut that is a vertex.
-  bool is_cut(Index3 p, Index3 q) const { return !is_snapped(p) && !is_snapped(q) && cut(p, q) != no_cut; }
+  bool is_cut(Index3 p, Index3 q) const {
+    return !is_snapped(p) && !is_snapped(q) && edge_of_direction(q - p) >= 0 && cut(p, q) != no_cut;
+  }
   /// The vertex at the cut between two points.
   static MeshVertex cut_vertex(Index3 p, Index3 q) {
     return is_before(p, q) ? MeshVertex{p, edge_of_direction(q - p)}
@@ -63,7 +66,7 @@ class Interface {
   bool is_at_end(Index3 center, int axis, std::int64_t side) const {
     return !inside_.contains(center + 2 * side * unit_vector(axis));
   }
-  /// 0 if two half pyramids share the diagonal from corner 0 to corner 2 of their square, 1 if from 1 to 3.
+  /// 0 if the half pyramids on both sides of a face share its diagonal from corner 0 to corner 2, 1 if from 1 to 3.
   int diagonal(Index3 center, int axis, std::int64_t side) const;
 
  private:
@@ -76,7 +79,6 @@ class Interface {
   }
   void find_cuts(Index3 p);
   void find_cut(Index3 p, int edge);
-  void find_cuts_of_diagonals(Index3 center);
   void snap(Index3 p);
   void shorten_ways(Index3 center);
   void limit_way(Index3 p, std::uint8_t way) {

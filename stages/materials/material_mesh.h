@@ -5,6 +5,7 @@
 #include <array>
 #include <cassert>
 #include <cstdint>
+#include <span>
 
 #include "stages/grid/lattice.h"
 #include "stages/materials/interface.h"
@@ -22,51 +23,109 @@ struct MaterialTetrahedron {
   bool all_snapped = false;
 };
 
+/// The edges of a cell that have cuts, in the order in which it is bisected: the longest edges first, then those whose
+/// lower end comes first, then the upper one.
+template <std::size_t n>
+struct CellCuts {
+  std::array<std::uint8_t, n> order{};
+  std::array<bool, n> is_cut{};
+  std::size_t count = 0;
+
+  CellCuts(const Interface& interface, std::span<const Index3> corners,
+           const std::array<CellEdge, n>& edges) {
+    std::array<MeshVertex, n> cuts;
+    for (std::uint8_t e = 0; e < n; ++e) {
+      const Index3 a = corners[edges[e][0]], b = corners[edges[e][1]];
+      if (!interface.is_cut(a, b)) continue;
+      cuts[e] = Interface::cut_vertex(a, b);
+      is_cut[e] = true;
+      order[count++] = e;
+    }
+    std::sort(order.begin(), order.begin() + count, [&](std::uint8_t a, std::uint8_t b) {
+      const MeshVertex &v = cuts[a], &w = cuts[b];
+      if (length_class(v.edge) != length_class(w.edge)) return length_class(v.edge) > length_class(w.edge);
+      if (!(v.point == w.point)) return is_before(v.point, w.point);
+      return is_before(upper_end(v), upper_end(w));
+    });
+  }
+  void bisect(const std::array<CellEdge, n>& edges, Pieces& pieces) const {
+    for (std::size_t i = 0; i < count; ++i)
+      pieces.bisect(edges[order[i]], static_cast<PieceVertex>(first_cut + order[i]));
+  }
+  static Index3 upper_end(const MeshVertex& m) {
+    return m.point + edge_directions[static_cast<std::size_t>(m.edge)];
+  }
+};
+
+/// The tetrahedron that is a piece of a cell.
+template <std::size_t n>
+MaterialTetrahedron tetrahedron_of(const Interface& interface, const Piece& piece,
+                                   std::span<const Index3> corners, const std::array<CellEdge, n>& edges) {
+  MaterialTetrahedron t;
+  t.all_snapped = true;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (piece[i] >= first_cut) {
+      const CellEdge& ends = edges[static_cast<std::size_t>(piece[i] - first_cut)];
+      t.vertices[i] = Interface::cut_vertex(corners[ends[0]], corners[ends[1]]);
+      continue;
+    }
+    t.vertices[i] = {corners[piece[i]], -1};
+    if (interface.is_snapped(corners[piece[i]])) continue;
+    t.all_snapped = false;
+    t.material = interface.material(corners[piece[i]]);
+  }
+  if (t.all_snapped) {
+    // It lies between interfaces; what is at its middle decides.
+    Index3 sum;
+    for (const MeshVertex& v : t.vertices) sum = sum + interface.position(v);
+    t.material = interface.material_at({sum.x >> 2, sum.y >> 2, sum.z >> 2});
+  }
+  return t;
+}
+
 /// Cuts a tetrahedron of the lattice at the interfaces. REQUIRES: corners in positive order.
 template <class Visit>
 void cut_tetrahedron(const Interface& interface, const std::array<Index3, 4>& corners, Visit& visit) {
-  std::array<std::uint8_t, 6> edges{};
-  std::size_t cuts = 0;
-  for (std::uint8_t e = 0; e < 6; ++e)
-    if (interface.is_cut(corners[edges_of_tetrahedron[e][0]], corners[edges_of_tetrahedron[e][1]]))
-      edges[cuts++] = e;
-  // The longest edges first, then those whose lower end comes first, then the upper one.
-  std::sort(edges.begin(), edges.begin() + cuts, [&](std::uint8_t a, std::uint8_t b) {
-    const auto vertex = [&](std::uint8_t e) {
-      return Interface::cut_vertex(corners[edges_of_tetrahedron[e][0]], corners[edges_of_tetrahedron[e][1]]);
-    };
-    const MeshVertex v = vertex(a), w = vertex(b);
-    if (length_class(v.edge) != length_class(w.edge)) return length_class(v.edge) > length_class(w.edge);
-    if (!(v.point == w.point)) return is_before(v.point, w.point);
-    const auto end = [](const MeshVertex& m) {
-      return m.point + edge_directions[static_cast<std::size_t>(m.edge)];
-    };
-    return is_before(end(v), end(w));
-  });
   Pieces pieces;
-  for (std::size_t i = 0; i < cuts; ++i) pieces.bisect(edges[i]);
-  for (const Piece& piece : pieces.all()) {
-    MaterialTetrahedron t;
-    t.all_snapped = true;
-    for (std::size_t i = 0; i < 4; ++i) {
-      if (piece[i] >= 4) {
-        const auto& ends = edges_of_tetrahedron[piece[i] - 4U];
-        t.vertices[i] = Interface::cut_vertex(corners[ends[0]], corners[ends[1]]);
-        continue;
-      }
-      t.vertices[i] = {corners[piece[i]], -1};
-      if (interface.is_snapped(corners[piece[i]])) continue;
-      t.all_snapped = false;
-      t.material = interface.material(corners[piece[i]]);
-    }
-    if (t.all_snapped) {
-      // It lies between interfaces; what is at its middle decides.
-      Index3 sum;
-      for (const MeshVertex& v : t.vertices) sum = sum + interface.position(v);
-      t.material = interface.material_at({sum.x >> 2, sum.y >> 2, sum.z >> 2});
-    }
-    visit(t);
+  CellCuts<6>(interface, corners, edges_of_tetrahedron).bisect(edges_of_tetrahedron, pieces);
+  for (const Piece& piece : pieces.all())
+    visit(tetrahedron_of(interface, piece, corners, edges_of_tetrahedron));
+}
+
+/// The dihedral angles of a tetrahedron, judged without trigonometric functions, which could differ between machines:
+/// the largest cosine of an angle or of 180 degrees minus it; 2 if it is flat.
+double badness_of(const Interface& interface, const MaterialTetrahedron& t);
+
+/// Cuts a pyramid whose base is at the end of the lattice: in the best of the ways in which it can begin.
+/// REQUIRES: the base is counterclockwise as seen from the apex, which is the last corner.
+template <class Visit>
+void cut_pyramid(const Interface& interface, const std::array<Index3, 5>& corners, Visit& visit) {
+  const CellCuts<8> cuts(interface, corners, edges_of_pyramid);
+  const auto differ = [&](std::size_t i) {
+    return interface.material(corners[i]) != interface.material(corners[i + 2]) &&
+           !interface.is_snapped(corners[i]) && !interface.is_snapped(corners[i + 2]);
+  };
+  const std::array<bool, 2> differing{differ(0), differ(1)};
+  // Without cuts and snapped corners, all ways are alike.
+  const bool is_plain = cuts.count == 0 && std::none_of(corners.begin(), corners.end(),
+                                                        [&](Index3 p) { return interface.is_snapped(p); });
+  double least = 3;
+  Pieces best;
+  for (int way = 0; way < (is_plain ? 1 : ways_to_begin); ++way) {
+    if (!can_begin(way, differing, cuts.is_cut)) continue;
+    Pieces pieces;
+    begin_pyramid(way, pieces);
+    cuts.bisect(edges_of_pyramid, pieces);
+    double worst = 0;
+    if (!is_plain)
+      for (const Piece& piece : pieces.all())
+        worst = std::max(worst,
+                         badness_of(interface, tetrahedron_of(interface, piece, corners, edges_of_pyramid)));
+    if (worst >= least) continue;
+    least = worst;
+    best = pieces;
   }
+  for (const Piece& piece : best.all()) visit(tetrahedron_of(interface, piece, corners, edges_of_pyramid));
 }
 
 /// Calls visit(const MaterialTetrahedron&) for the tetrahedra that belong to a box of root cubes. Those around a long
@@ -87,6 +146,13 @@ void for_each_material_tetrahedron(const Interface& interface, const LatticeBits
         if (is_whole) {
           for (std::size_t i = 0; i < 4; ++i)
             cut_tetrahedron(interface, {c, other, s[i], s[(i + 1) % 4]}, visit);
+          continue;
+        }
+        if (interface.is_at_end(c, axis, side)) {
+          if (side < 0)
+            cut_pyramid(interface, {s[0], s[1], s[2], s[3], c}, visit);
+          else
+            cut_pyramid(interface, {s[0], s[3], s[2], s[1], c}, visit);
           continue;
         }
         const auto d = static_cast<std::size_t>(interface.diagonal(c, axis, side));
