@@ -59,6 +59,13 @@ void Interface::find_cut(Index3 p, int edge) {
       static_cast<std::uint16_t>(std::min(low, cut_parts - 2));
 }
 
+// True if both points are in a plane where the lattice ends.
+bool Interface::is_in_end(Index3 p, Index3 q) const {
+  for (int axis = 0; axis < 3; ++axis)
+    if (p[axis] == q[axis] && (p[axis] == 0 || p[axis] == lattice_.last[axis])) return true;
+  return false;
+}
+
 // Distances are compared as squares, in integers.
 void Interface::snap(Index3 p) {
   std::int64_t nearest = std::numeric_limits<std::int64_t>::max();
@@ -73,7 +80,8 @@ void Interface::snap(Index3 p) {
       if (cut == no_cut) continue;
       const auto length = static_cast<std::size_t>(length_class(edge));
       const std::int64_t distance = upper ? cut_parts - cut : cut;
-      if (distance >= snap_limits[length]) continue;
+      if (distance >= snap_limit(length_class(edge), is_in_end(p, upper ? lower_end : p + direction)))
+        continue;
       const std::int64_t square = distance * distance * squared_lengths[length];
       if (square >= nearest) continue;
       nearest = square;
@@ -87,9 +95,10 @@ void Interface::shorten_ways(Index3 center) {
       const Square square = square_of(center, axis, side);
       const Index3 other = center + 2 * side * unit_vector(axis);
       if (!is_marked(other)) {
-        limit_way(center, way_of_half_pyramids);
-        for (const Index3 corner : square) limit_way(corner, way_of_half_pyramids);
-        if (is_at_end(center, axis, side) || !is_snapped(center)) continue;
+        const bool ends = is_at_end(center, axis, side);
+        limit_way(center, ends ? way_at_end : way_of_half_pyramids);
+        for (const Index3 corner : square) limit_way(corner, ends ? way_at_end : way_of_half_pyramids);
+        if (ends || !is_snapped(center)) continue;
         const auto d = static_cast<std::size_t>(diagonal(center, axis, side));
         for (std::size_t half = 0; half < 4; half += 2) {
           const std::array<Index3, 4> corners = {center, square[d + half], square[(d + half + 1) % 4],

@@ -19,13 +19,18 @@ namespace tagrid {
 
 /// Cuts count in these parts of an edge.
 inline constexpr std::int32_t cut_parts = 65536;
-/// An end is snapped if a cut is nearer than this part of the edge: by length class.
-inline constexpr std::array<std::int32_t, 2> snap_limits = {27001, 16384};
+/// An end is snapped if a cut is nearer than this: 0.412 of a short edge and 0.25 of a long one, and 0.4 of a long edge
+/// in a plane where the lattice ends. Those of pyramids need it, see docs/decisions/0064-mesh-with-materials.md.
+constexpr std::int32_t snap_limit(int length_class, bool is_in_end) {
+  return length_class == 0 ? 27001 : is_in_end ? 26214 : 16384;
+}
 /// A snapped vertex goes so many quarters of the way to its cut.
 inline constexpr std::uint8_t entire_way = 4;
 /// If all four corners of a tetrahedron are snapped, it could become flat.
 inline constexpr std::uint8_t way_if_all_are_snapped = 3;
-/// Corners of half pyramids, which are at the end of the lattice and where tetrahedra become coarser.
+/// Corners of pyramids at the end of the lattice.
+inline constexpr std::uint8_t way_at_end = 3;
+/// Corners of half pyramids where tetrahedra become coarser: of others, and if all four are snapped.
 inline constexpr std::uint8_t way_of_half_pyramids = 2;
 inline constexpr std::uint8_t way_of_half_pyramids_if_all_are_snapped = 1;
 
@@ -80,6 +85,7 @@ class Interface {
   void find_cuts(Index3 p);
   void find_cut(Index3 p, int edge);
   void snap(Index3 p);
+  bool is_in_end(Index3 p, Index3 q) const;
   void shorten_ways(Index3 center);
   void limit_way(Index3 p, std::uint8_t way) {
     if (!points_.box().contains(p)) return;

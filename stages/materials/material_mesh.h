@@ -100,30 +100,28 @@ double badness_of(const Interface& interface, const MaterialTetrahedron& t);
 /// REQUIRES: the base is counterclockwise as seen from the apex, which is the last corner.
 template <class Visit>
 void cut_pyramid(const Interface& interface, const std::array<Index3, 5>& corners, Visit& visit) {
-  const CellCuts<8> cuts(interface, corners, edges_of_pyramid);
+  CellCuts<8> cuts(interface, corners, edges_of_pyramid);
   const auto differ = [&](std::size_t i) {
     return interface.material(corners[i]) != interface.material(corners[i + 2]) &&
            !interface.is_snapped(corners[i]) && !interface.is_snapped(corners[i + 2]);
   };
-  const std::array<bool, 2> differing{differ(0), differ(1)};
-  // Without cuts and snapped corners, all ways are alike.
-  const bool is_plain = cuts.count == 0 && std::none_of(corners.begin(), corners.end(),
-                                                        [&](Index3 p) { return interface.is_snapped(p); });
-  double least = 3;
   Pieces best;
-  for (int way = 0; way < (is_plain ? 1 : ways_to_begin); ++way) {
-    if (!can_begin(way, differing, cuts.is_cut)) continue;
-    Pieces pieces;
-    begin_pyramid(way, pieces);
-    cuts.bisect(edges_of_pyramid, pieces);
-    double worst = 0;
-    if (!is_plain)
+  begin_pyramid(0, best);
+  // Without cuts and snapped corners, all ways are alike.
+  const auto is_snapped = [&](Index3 p) { return interface.is_snapped(p); };
+  if (cuts.count > 0 || std::any_of(corners.begin(), corners.end(), is_snapped)) {
+    double least = 3;
+    const std::span<std::uint8_t> order(cuts.order.data(), cuts.count);
+    for_each_beginning({differ(0), differ(1)}, cuts.is_cut, order, [&](Pieces pieces) {
+      cuts.bisect(edges_of_pyramid, pieces);
+      double worst = 0;
       for (const Piece& piece : pieces.all())
         worst = std::max(worst,
                          badness_of(interface, tetrahedron_of(interface, piece, corners, edges_of_pyramid)));
-    if (worst >= least) continue;
-    least = worst;
-    best = pieces;
+      if (worst >= least) return;
+      least = worst;
+      best = pieces;
+    });
   }
   for (const Piece& piece : best.all()) visit(tetrahedron_of(interface, piece, corners, edges_of_pyramid));
 }

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 
 namespace tagrid {
 
@@ -87,6 +88,23 @@ constexpr bool can_begin(int way, const std::array<bool, 2>& differ, const std::
   if (way < 2) return !differ[static_cast<std::size_t>(way)];
   const auto first = static_cast<std::size_t>((way - 2) / 4);
   return is_cut[first] && is_cut[first + 2];
+}
+
+/// Calls visit(const Pieces&) for all ways in which a pyramid can begin, and all orders of the cuts of its base, which
+/// its neighbors do not see. `cuts`: the edges that have cuts, those of the base first; their order changes, and is the
+/// one to bisect in.
+template <class Edge, class Visit>
+void for_each_beginning(const std::array<bool, 2>& differ, const std::array<bool, 8>& is_cut,
+                        std::span<Edge> cuts, Visit visit) {
+  const auto end_of_base = std::find_if(cuts.begin(), cuts.end(), [](Edge e) { return e >= 4; });
+  std::sort(cuts.begin(), end_of_base);
+  for (int way = 0; way < ways_to_begin; ++way) {
+    if (!can_begin(way, differ, is_cut)) continue;
+    Pieces begun;
+    begin_pyramid(way, begun);
+    do visit(std::as_const(begun));
+    while (std::next_permutation(cuts.begin(), end_of_base));
+  }
 }
 
 }  // namespace tagrid

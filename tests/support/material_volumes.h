@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <stdexcept>
 #include <vector>
 
 #include "stages/grid/brick_grid.h"

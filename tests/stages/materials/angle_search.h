@@ -26,10 +26,33 @@ using Vector3 = std::array<double, 3>;
 
 /// A tetrahedron or a pyramid before it is cut, in halves of H, and how far its corners may be snapped.
 struct SearchedShape {
-  std::vector<Index3> corners;             ///< 4, in positive order; or 5, see begin_pyramid()
-  std::vector<std::vector<Vector3>> ways;  ///< the ends of the ways of each corner
-  bool is_cut = true;                      ///< its edges may have cuts
-  double if_all_are_snapped = 1;           ///< the part of the ways that is then gone
+  std::vector<Index3> corners;  ///< 4; or 5, see begin_pyramid()
+  /// How much of the way to a cut each corner goes, and if all of them are snapped.
+  std::vector<double> parts;
+  double if_all_are_snapped = 1;
+  bool ends_at_0 = false;  ///< the lattice ends at the plane z = 0, from which no corner moves away
+  bool is_cut = true;      ///< its edges may have cuts
+
+  /// From which part of an edge on its end is not snapped.
+  double limit(Index3 p, Index3 direction) const {
+    return snap_limit(dot(direction, direction) == 3 ? 0 : 1, ends_at_0 && p.z == 0 && direction.z == 0) /
+           double{cut_parts};
+  }
+  /// The ends of the ways of a corner.
+  std::vector<Vector3> ways(std::size_t corner) const {
+    const Index3 p = corners[corner];
+    const bool stays = ends_at_0 && p.z == 0;
+    std::vector<Vector3> ways;
+    for (const Index3& along : edge_directions)
+      for (const int sign : {-1, 1}) {
+        const Index3 d = sign * along;
+        if ((ends_at_0 && p.z + d.z < 0) || (stays && d.x == 0 && d.y == 0)) continue;
+        const double way = parts[corner] * limit(p, d);
+        ways.push_back({way * static_cast<double>(d.x), way * static_cast<double>(d.y),
+                        stays ? 0 : way * static_cast<double>(d.z)});
+      }
+    return ways;
+  }
 };
 
 class AngleSearch {
@@ -42,8 +65,9 @@ class AngleSearch {
     const auto& v = shape_.corners;
     if (corners_ == 4 && dot(v[1] - v[0], cross(v[2] - v[0], v[3] - v[0])) < 0) {
       std::swap(shape_.corners[0], shape_.corners[1]);
-      std::swap(shape_.ways[0], shape_.ways[1]);
+      std::swap(shape_.parts[0], shape_.parts[1]);
     }
+    for (std::size_t i = 0; i < corners_; ++i) ways_.push_back(shape_.ways(i));
   }
 
   /// The worst angles with up to `materials` materials. `all_snapped`: of cells whose corners are all snapped.
@@ -87,7 +111,7 @@ class AngleSearch {
       for (std::size_t a = 0; a < 3; ++a) {
         x[i][a] = static_cast<double>(shape_.corners[i][static_cast<int>(a)]);
         if (s.labels[i] < 0)
-          x[i][a] += s.part[i] * (all ? shape_.if_all_are_snapped : 1) * shape_.ways[i][s.way[i]][a];
+          x[i][a] += s.part[i] * (all ? shape_.if_all_are_snapped : 1) * ways_[i][s.way[i]][a];
       }
     std::array<std::size_t, 8> edges{};
     std::array<bool, 8> has_cut{};
@@ -95,8 +119,10 @@ class AngleSearch {
     for (std::size_t e = 0; e < edges_.size(); ++e) {
       if (!is_cut(s, e)) continue;
       const std::size_t i = edges_[e][0], j = edges_[e][1];
-      const double limit = snap_limits[length_of(shape_.corners[j] - shape_.corners[i])] / double{cut_parts};
-      const double t = limit + (1 - 2 * limit) * s.cut[e];
+      const Index3 direction = shape_.corners[j] - shape_.corners[i];
+      const double low = shape_.limit(shape_.corners[i], direction),
+                   high = shape_.limit(shape_.corners[j], -1 * direction),
+                   t = low + (1 - low - high) * s.cut[e];
       for (std::size_t a = 0; a < 3; ++a) x[first_cut + e][a] = x[i][a] + t * (x[j][a] - x[i][a]);
       has_cut[e] = true;
       edges[cuts++] = e;
@@ -107,25 +133,22 @@ class AngleSearch {
                         std::min(s.order[i], s.order[j]), std::max(s.order[i], s.order[j]));
     };
     std::sort(edges.begin(), edges.begin() + cuts, [&](auto a, auto b) { return rank(a) < rank(b); });
-    const auto worst_of = [&](Pieces pieces) {
-      for (std::size_t i = 0; i < cuts; ++i)
-        pieces.bisect(edges_[edges[i]], static_cast<PieceVertex>(first_cut + edges[i]));
+    const auto worst_of = [&](Pieces pieces, std::span<const std::size_t> in_order) {
+      for (const std::size_t e : in_order) pieces.bisect(edges_[e], static_cast<PieceVertex>(first_cut + e));
       AngleRange worst;
       for (const Piece& p : pieces.all()) worst.add(dihedral_angles({x[p[0]], x[p[1]], x[p[2]], x[p[3]]}));
       return worst;
     };
-    if (corners_ == 4) return worst_of({});
+    if (corners_ == 4) return worst_of({}, {edges.data(), cuts});
     const auto differ = [&](std::size_t i) {
       return s.labels[i] >= 0 && s.labels[i + 2] >= 0 && s.labels[i] != s.labels[i + 2];
     };
     AngleRange best{0, 180};
-    for (int way = 0; way < ways_to_begin; ++way) {
-      if (!can_begin(way, {differ(0), differ(1)}, has_cut)) continue;
-      Pieces pieces;
-      begin_pyramid(way, pieces);
-      const AngleRange r = worst_of(pieces);
-      if (std::min(r.smallest, 180 - r.largest) > std::min(best.smallest, 180 - best.largest)) best = r;
-    }
+    for_each_beginning<std::size_t>(
+        {differ(0), differ(1)}, has_cut, {edges.data(), cuts}, [&](const Pieces& pieces) {
+          const AngleRange r = worst_of(pieces, {edges.data(), cuts});
+          if (std::min(r.smallest, 180 - r.largest) > std::min(best.smallest, 180 - best.largest)) best = r;
+        });
     return best;
   }
 
@@ -155,11 +178,11 @@ class AngleSearch {
       }
     };
     std::size_t choices = 1;
-    for (const std::size_t i : snapped) choices *= 1 + shape_.ways[i].size();
+    for (const std::size_t i : snapped) choices *= 1 + ways_[i].size();
     for (std::size_t choice = 0; choice < choices; ++choice) {
       std::size_t rest = choice;
       for (const std::size_t i : snapped) {
-        const std::size_t n = 1 + shape_.ways[i].size(), k = rest % n;
+        const std::size_t n = 1 + ways_[i].size(), k = rest % n;
         rest /= n;
         s.part[i] = k > 0;
         s.way[i] = k > 0 ? k - 1 : 0;
@@ -190,7 +213,7 @@ class AngleSearch {
       State next = state;
       const auto move = [&](double& x) { x = std::clamp(x + step * unit(random_), 0.0, 1.0); };
       if (const std::size_t which = random_() % (corners_ + edges_.size()); which < corners_) {
-        if (random_() % 3 == 0) next.way[which] = random_() % shape_.ways[which].size();
+        if (random_() % 3 == 0) next.way[which] = random_() % ways_[which].size();
         if (random_() % 4 == 0) std::swap(next.order[which], next.order[random_() % corners_]);
         move(next.part[which]);
       } else {
@@ -209,24 +232,9 @@ class AngleSearch {
 
   SearchedShape shape_;
   std::size_t corners_;
+  std::vector<std::vector<Vector3>> ways_;
   std::span<const CellEdge> edges_;
   std::mt19937 random_{1};
 };
-
-/// The ends of the ways of a point that goes `part` of the way to a cut. At the end of the lattice, in the plane z =
-/// 0, it stays in the plane.
-inline std::vector<Vector3> ways_of_point(Index3 p, double part, bool ends_at_0) {
-  std::vector<Vector3> ways;
-  const bool stays = ends_at_0 && p.z == 0;
-  for (int e = 0; e < edges_of_point; ++e)
-    for (const int sign : {-1, 1}) {
-      const Index3 d = sign * edge_directions[static_cast<std::size_t>(e)];
-      if ((ends_at_0 && p.z + d.z < 0) || (stays && d.x == 0 && d.y == 0)) continue;
-      const double limit = part * snap_limits[static_cast<std::size_t>(length_class(e))] / cut_parts;
-      ways.push_back({limit * static_cast<double>(d.x), limit * static_cast<double>(d.y),
-                      stays ? 0 : limit * static_cast<double>(d.z)});
-    }
-  return ways;
-}
 
 }  // namespace tagrid
