@@ -18,7 +18,7 @@ struct AngleRange {
   }
 };
 
-/// The cosines of the smallest and of the largest of the six dihedral angles of a tetrahedron; 2 and -2 if it is flat or
+/// The cosines of the smallest and of the largest dihedral angle of a tetrahedron; 2 and -2 if it is flat or
 /// its vertices are not in positive order.
 inline std::array<double, 2> dihedral_cosines(const std::array<std::array<double, 3>, 4>& v) {
   using Vector = std::array<double, 3>;

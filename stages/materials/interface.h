@@ -47,6 +47,11 @@ class Interface {
             const PointMaterials& point_materials, const LatticeBits& active, const MaterialLattice& lattice,
             const Box& box);
 
+  /// The heap that the interface in a box takes.
+  static std::uint64_t working_bytes(const Box& box) {
+    return BccBox(box).count() * (3 + edges_of_point * sizeof(std::uint16_t));
+  }
+
   std::uint8_t material(Index3 p) const { return material_[points_.number(p)]; }
   bool is_snapped(Index3 p) const { return snapped_[points_.number(p)] != not_snapped; }
   /// True if the edge between two points has a cut that is a vertex.

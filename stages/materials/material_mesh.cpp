@@ -1,5 +1,6 @@
 #include "stages/materials/material_mesh.h"
 
+#include "stages/criterion/subdivide.h"
 #include "stages/materials/dihedral_angles.h"
 
 namespace tagrid {
@@ -13,6 +14,15 @@ double badness_of(const Interface& interface, const MaterialTetrahedron& t) {
     v[i] = {static_cast<double>(d.x), static_cast<double>(d.y), static_cast<double>(d.z)};
   }
   return largest_cosine(v);
+}
+
+std::uint64_t working_bytes_of_material_mesh(const MaterialLattice& lattice, const Box& closed_box) {
+  const Box region = lattice.region(closed_box), of_points = intersection(region, lattice.box());
+  // The positions of a row between samples are in a vector that grows.
+  const auto row = static_cast<std::uint64_t>(3 * of_points.size().x) * sizeof(InterpolatedSamples::Along);
+  return BccBox(of_points).count() + LatticeBits::working_bytes(region.size()) +
+         std::max({row, working_bytes_of_closure(region.size()),
+                   Interface::working_bytes(lattice.surroundings(closed_box))});
 }
 
 }  // namespace tagrid

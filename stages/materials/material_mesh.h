@@ -115,9 +115,9 @@ void cut_pyramid(const Interface& interface, const std::array<Index3, 5>& corner
     for_each_beginning({differ(0), differ(1)}, cuts.is_cut, order, [&](Pieces pieces) {
       cuts.bisect(edges_of_pyramid, pieces);
       double worst = 0;
-      for (const Piece& piece : pieces.all())
-        worst = std::max(worst,
-                         badness_of(interface, tetrahedron_of(interface, piece, corners, edges_of_pyramid)));
+      for (std::size_t i = 0; i < pieces.count && worst < least; ++i)
+        worst = std::max(worst, badness_of(interface, tetrahedron_of(interface, pieces.list[i], corners,
+                                                                     edges_of_pyramid)));
       if (worst >= least) return;
       least = worst;
       best = pieces;
@@ -176,5 +176,9 @@ void for_each_material_tetrahedron(const Interface& interface, const LatticeBits
                               visit(t);
                             });
 }
+
+/// The peak of the heap that the tetrahedra of a box of root cubes take: the materials of its region, its activity, and
+/// its interface. Samples are not included.
+std::uint64_t working_bytes_of_material_mesh(const MaterialLattice& lattice, const Box& closed_box);
 
 }  // namespace tagrid

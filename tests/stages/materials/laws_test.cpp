@@ -248,7 +248,7 @@ TEST(MaterialMeshLaws, SameMeshForAllBricks) {
     std::sort(mesh.tetrahedra.begin(), mesh.tetrahedra.end());
     return mesh;
   };
-  const MaterialVolume volumes[] = {noise({17, 21, 14}, 1, {0.5F}, 5), noise({53, 35, 40}, 2, {0.97F}, 6),
+  const MaterialVolume volumes[] = {noise({13, 11, 10}, 1, {0.5F}, 5), noise({45, 27, 33}, 2, {0.99F}, 6),
                                     sphere(2.7)};
   for (MaterialVolume volume : volumes)
     for (const auto& [cube_size, edge] : {std::pair{4, 2}, {8, 1}, {16, 1}, {16, 2}, {32, 1}}) {
