@@ -29,8 +29,8 @@ inline constexpr std::array<CellEdge, 8> edges_of_pyramid = {
     {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 4}, {1, 4}, {2, 4}, {3, 4}}};
 
 struct Pieces {
-  /// Six cuts of a tetrahedron make at most 24 pieces. Pyramids begin as at most four tetrahedra, of three cuts each.
-  static constexpr std::size_t most = 48;
+  /// A tetrahedron has at most 8 pieces, a pyramid 14 (tests/stages/materials/pieces_test.cpp).
+  static constexpr std::size_t most = 14;
   std::array<Piece, most> list{{{0, 1, 2, 3}}};
   std::size_t count = 1;
 
