@@ -1,0 +1,113 @@
+// Where the interfaces between materials pass: cuts of edges, and vertices that are snapped to a cut.
+//
+// A cut that is close to an end of its edge would make flat tetrahedra. So the end moves to the cut instead: it is
+// snapped, and no edge of it is cut. All vertices are snapped at once, each to its nearest cut, so the order of work
+// does not matter. The method and the limits for edges of the body-centered cubic lattice are those of isosurface
+// stuffing (Labelle and Shewchuk, Isosurface Stuffing, SIGGRAPH 2007); cuts are integers, and ties are decided by the
+// order of edges, so each brick finds the same vertices.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "stages/materials/bcc_lattice.h"
+#include "stages/materials/interpolated_samples.h"
+#include "stages/materials/material_lattice.h"
+
+namespace tagrid {
+
+/// Cuts count in these parts of an edge.
+inline constexpr std::int32_t cut_parts = 65536;
+/// An end is snapped if a cut is nearer than this: 0.412 of a short edge and 0.25 of a long one, and 0.4 of a long edge
+/// in a plane where the lattice ends. Those of pyramids need it, see docs/decisions/0065-mesh-with-materials.md.
+constexpr std::int32_t snap_limit(int length_class, bool is_in_end) {
+  return length_class == 0 ? 27001 : is_in_end ? 26214 : 16384;
+}
+/// A snapped vertex goes so many quarters of the way to its cut.
+inline constexpr std::uint8_t entire_way = 4;
+/// If all four corners of a tetrahedron are snapped, it could become flat.
+inline constexpr std::uint8_t way_if_all_are_snapped = 3;
+/// Corners of pyramids at the end of the lattice.
+inline constexpr std::uint8_t way_at_end = 3;
+/// Corners of half pyramids where tetrahedra become coarser: of others, and if all four are snapped.
+inline constexpr std::uint8_t way_of_half_pyramids = 2;
+inline constexpr std::uint8_t way_of_half_pyramids_if_all_are_snapped = 1;
+
+/// The four corners of a face of a cube, counterclockwise as seen from where `axis` points.
+using Square = std::array<Index3, 4>;
+/// REQUIRES: `side` is -1 or 1.
+Square square_of(Index3 center, int axis, std::int64_t side);
+
+class Interface {
+ public:
+  /// The cuts and vertices in a box of points. `active`: see activity_of_materials(). `field` must stay.
+  /// REQUIRES: `materials` has the points of the box.
+  Interface(const InterpolatedSamples& field, const Materials& materials,
+            const PointMaterials& point_materials, const LatticeBits& active, const MaterialLattice& lattice,
+            const Box& box);
+
+  /// The heap that the interface in a box takes.
+  static std::uint64_t working_bytes(const Box& box) {
+    return BccBox(box).count() * (3 + edges_of_point * sizeof(std::uint16_t));
+  }
+
+  std::uint8_t material(Index3 p) const { return material_[points_.number(p)]; }
+  bool is_snapped(Index3 p) const { return snapped_[points_.number(p)] != not_snapped; }
+  /// True if the edge between two points has a cut that is a vertex.
+  bool is_cut(Index3 p, Index3 q) const {
+    return !is_snapped(p) && !is_snapped(q) && edge_of_direction(q - p) >= 0 && cut(p, q) != no_cut;
+  }
+  /// The vertex at the cut between two points.
+  static MeshVertex cut_vertex(Index3 p, Index3 q) {
+    return is_before(p, q) ? MeshVertex{p, edge_of_direction(q - p)}
+                           : MeshVertex{q, edge_of_direction(p - q)};
+  }
+  /// In parts of the lattice.
+  Index3 position(const MeshVertex& vertex) const;
+  /// The material at a position.
+  std::uint8_t material_at(Index3 position) const { return materials_->of(field_->at(position)); }
+  /// True if a cube of the lattice is bisected at its center. Cubes far from the brick, of which that is not known,
+  /// are not.
+  bool is_marked(Index3 center) const {
+    return inside_.contains(center) && active_->box().contains(center) && active_->test(center);
+  }
+  /// True if a face of a cube is at the end of the lattice.
+  bool is_at_end(Index3 center, int axis, std::int64_t side) const {
+    return !inside_.contains(center + 2 * side * unit_vector(axis));
+  }
+  /// 0 if the half pyramids on both sides of a face share its diagonal from corner 0 to corner 2, 1 if from 1 to 3.
+  int diagonal(Index3 center, int axis, std::int64_t side) const;
+
+ private:
+  static constexpr std::uint8_t not_snapped = 255;
+  static constexpr std::uint16_t no_cut = 65535;
+
+  std::uint16_t cut(Index3 p, Index3 q) const {
+    const MeshVertex v = cut_vertex(p, q);
+    return cuts_[points_.number(v.point) * edges_of_point + static_cast<std::size_t>(v.edge)];
+  }
+  void find_cuts(Index3 p);
+  void find_cut(Index3 p, int edge);
+  void snap(Index3 p);
+  bool is_in_end(Index3 p, Index3 q) const;
+  void shorten_ways(Index3 center);
+  void limit_way(Index3 p, std::uint8_t way) {
+    if (!points_.box().contains(p)) return;
+    std::uint8_t& of_point = way_[points_.number(p)];
+    of_point = std::min(of_point, way);
+  }
+
+  const InterpolatedSamples* field_;
+  const Materials* materials_;
+  const LatticeBits* active_;
+  MaterialLattice lattice_;
+  Box inside_;     ///< the centers of the lattice
+  BccBox points_;  ///< the next ones are by its numbers
+  std::vector<std::uint8_t> material_;
+  std::vector<std::uint8_t> snapped_;  ///< 2 * edge, + 1 if the point is the upper end
+  std::vector<std::uint8_t> way_;      ///< in quarters
+  std::vector<std::uint16_t> cuts_;    ///< edges_of_point for each point, from the lower end
+};
+
+}  // namespace tagrid
