@@ -115,6 +115,19 @@ class N5(ReaderTest):
         self.assert_refused(64, "g/s1", "encode", folder.name)
         for level in range(2):
             self.assertEqual(self.encodes(truth, folder.name, "--dataset", f"g/s{level}")["geometry"]["spacing"], [1 + level, 2 + 2 * level, 3 + 3 * level])
+        folder = self.container()  # levels of neuroglancer and others
+        (folder / "data").mkdir()
+        (folder / "data" / "attributes.json").write_text('{"resolution": [4, 4, 40], "units": ["nm", "nm", "nm"]}')
+        for level in range(3):
+            write_n5(folder / "data" / f"s{level}", truth, (4, 3, 5), **({"downsamplingFactors": [2 * level, 2 * level, 2]} if level else {}))
+        for level, spacing in enumerate(([4, 4, 40], [8, 8, 80], [16, 16, 80])):
+            info = self.encodes(truth, folder.name, "--dataset", f"data/s{level}")
+            self.assertEqual((info["geometry"]["spacing"], info["geometry"]["units"], self.messages), (spacing, ["nm"] * 3, ""))
+        for factors, spacing in (([1, 1, 1], [4, 4, 40]), ([2, 2, 2], None), ([2, 2], None), ("x", None)):  # whose resolution is it?
+            folder = self.container()
+            write_n5(folder / "a", truth, (4, 3, 5), resolution=[4, 4, 40], downsamplingFactors=factors)
+            info = self.encodes(truth, folder.name, says="it has both resolution and downsamplingFactors" if spacing is None else "")
+            self.assertEqual((info["geometry"]["spacing"], "not understood" in info["source"]["pairs"]), (spacing, spacing is None), factors)
         for attributes in ({"resolution": [1, 2]}, {"resolution": [1, 0, 2]}, {"resolution": "x"}, {"pixelResolution": [1, 2, 3], "downsamplingFactors": "x"}):
             folder = self.container()
             write_n5(folder / "a", truth, (4, 3, 5), **attributes)

@@ -136,6 +136,7 @@ ZarrImage image_of(const ZarrStore& store, const ZarrNode& node) {
       image.attributes = group->attributes;
       image.group = group->path;
       image.remarks.clear();
+      image.doubts.clear();
       return image;
     }
     if (const Json& all = multiscales_of(group->attributes); !all.empty() && image.remarks.empty())
