@@ -62,7 +62,12 @@ class Finder {
 
  private:
   void search(const fs::path& folder) {
-    if (const Format* format = format_of_folder(folder)) return look_at_volume(folder, {}, *format);
+    const Format* whole = format_of_folder(folder);
+    if (whole != nullptr) {
+      const std::size_t before = lines_.volumes();
+      look_at_volume(folder, {}, *whole);
+      if (lines_.volumes() > before) return;
+    }
     std::vector<std::string> files, folders;
     std::error_code error;
     for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
@@ -82,6 +87,7 @@ class Finder {
     if (error) throw world_error("cannot read", folder.string(), error.value());
     std::ranges::sort(files, comes_before);
     std::ranges::sort(folders, comes_before);
+    if (whole != nullptr) return look_at_files_beside(folder, std::move(files));
     look_at_files(folder, files);
     for (const std::string& deeper : folders) {
       try {
@@ -99,7 +105,20 @@ class Finder {
            std::ranges::none_of(place, [](const fs::path& step) { return step.string().starts_with('.'); });
   }
 
-  void look_at_files(const fs::path& folder, const std::vector<std::string>& files) {
+  /// A store without a volume may have its name, or its attributes, by chance. Its other files are its own.
+  void look_at_files_beside(const fs::path& folder, std::vector<std::string> files) {
+    std::erase_if(files, [](const std::string& file) {
+      try {
+        return readable_format(file) == nullptr;
+      } catch (const Error&) {
+        return false;
+      }
+    });
+    look_at_files(folder, files, true);
+  }
+
+  /// With `is_store`, the directory also seems to be of another format than its slices are.
+  void look_at_files(const fs::path& folder, const std::vector<std::string>& files, bool is_store = false) {
     std::map<std::string_view, std::vector<std::string>> slices;  // by the name of their format
     for (const std::string& file : files) {
       try {
@@ -119,7 +138,7 @@ class Finder {
     pass_over_previews(slices);
     for (const auto& [name, own] : slices) {
       OptionTexts options;
-      if (slices.size() > 1) options["from"] = name;
+      if (slices.size() > 1 || is_store) options["from"] = name;
       look_at_slices(folder, own, options, *read_format_named(name));
     }
   }
