@@ -172,8 +172,8 @@ bool is_n5_folder(const std::string& folder) {
                     attributes = path + "/attributes.json";
   if (lower_case(path).ends_with(".n5")) return true;
   if (!is_file(attributes)) return false;
-  FileBytes file(attributes);
-  const std::string_view text = file.peek(most);
+  std::string text(most, '\0');
+  text.resize(FileBytes(attributes).read(reinterpret_cast<std::byte*>(text.data()), text.size()));
   // Other programs have files of this name. What is nested deeper says nothing here.
   const auto json = nlohmann::json::parse(
       text.begin(), text.end(), [](int depth, auto, auto&) { return depth < 2; }, false);
