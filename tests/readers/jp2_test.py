@@ -88,7 +88,7 @@ class Jpeg2000(ReaderTest):
         box = struct.pack(">I4s", len(stream) + 8, b"jp2c") + stream
         for name, content, said in (("b.j2k", stream + b"notes", "b.j2k: 5 bytes follow the samples"), ("b.jp2", boxes + box + b"notes", "b.jp2: 5 bytes follow the samples"),
                                     ("b.jp2", boxes + struct.pack(">I4s", len(stream) + 17, b"jp2c") + stream + bytes(9), "b.jp2: 9 bytes follow the samples"),
-                                    ("b.jp2", boxes + box + box, "b.jp2: the file has 2 images, of which only the first one is read")):
+                                    ("b.jp2", boxes + box + box, "b.jp2: 1 of 1 files have several images, of which only the first one is read")):
             (self.folder / name).write_bytes(content)
             self.assert_same(self.encoded(name)[0][0], truth)
             self.assertIn(said, self.messages)
@@ -119,7 +119,7 @@ class Jpeg2000(ReaderTest):
         run = self.tagrid("encode", "b.j2k", "-o", "b.tag", "-f")
         self.assertIn(run.returncode, (0, 65))
         if run.returncode == 0:
-            self.assertIn("it says that it needs extensions of JPEG 2000 (part 2)", run.stderr)
+            self.assertIn("say that they need extensions of JPEG 2000 (part 2)", run.stderr)
 
     def test_damaged_files_are_errors_or_other_samples_and_no_more(self):
         self.compress(self.volume(12)[0], "a.jp2", bits=12)

@@ -9,7 +9,7 @@ import json
 import struct
 import unittest
 
-from other_readers import ReaderTest, main, numcodecs, numpy, random_samples
+from other_readers import ReaderTest, main, numcodecs, numpy, random_samples, tifffile
 
 try:
     import zarr
@@ -115,6 +115,19 @@ class N5(ReaderTest):
         self.assert_refused(64, "g/s1", "encode", folder.name)
         for level in range(2):
             self.assertEqual(self.encodes(truth, folder.name, "--dataset", f"g/s{level}")["geometry"]["spacing"], [1 + level, 2 + 2 * level, 3 + 3 * level])
+        folder = self.container()  # levels of neuroglancer and others
+        (folder / "data").mkdir()
+        (folder / "data" / "attributes.json").write_text('{"resolution": [4, 4, 40], "units": ["nm", "nm", "nm"]}')
+        for level in range(3):
+            write_n5(folder / "data" / f"s{level}", truth, (4, 3, 5), **({"downsamplingFactors": [2 * level, 2 * level, 2]} if level else {}))
+        for level, spacing in enumerate(([4, 4, 40], [8, 8, 80], [16, 16, 80])):
+            info = self.encodes(truth, folder.name, "--dataset", f"data/s{level}")
+            self.assertEqual((info["geometry"]["spacing"], info["geometry"]["units"], self.messages), (spacing, ["nm"] * 3, ""))
+        for factors, spacing in (([1, 1, 1], [4, 4, 40]), ([2, 2, 2], None), ([2, 2], None), ("x", None)):  # whose resolution is it?
+            folder = self.container()
+            write_n5(folder / "a", truth, (4, 3, 5), resolution=[4, 4, 40], downsamplingFactors=factors)
+            info = self.encodes(truth, folder.name, says="it has both resolution and downsamplingFactors" if spacing is None else "")
+            self.assertEqual((info["geometry"]["spacing"], "not understood" in info["source"]["pairs"]), (spacing, spacing is None), factors)
         for attributes in ({"resolution": [1, 2]}, {"resolution": [1, 0, 2]}, {"resolution": "x"}, {"pixelResolution": [1, 2, 3], "downsamplingFactors": "x"}):
             folder = self.container()
             write_n5(folder / "a", truth, (4, 3, 5), **attributes)
@@ -126,6 +139,43 @@ class N5(ReaderTest):
         write_n5(folder / "a", truth, (4, 3, 5, 1), axes=["x", "y", "z", "c"])
         for channel in range(2):
             self.encodes(truth[channel], folder.name, "--series", f"c{channel + 1}")
+
+    @unittest.skipIf(tifffile is None, "there is no tifffile on this machine (python3-tifffile)")
+    def test_slices_beside_attributes_of_another_program_are_found(self):
+        truth = random_samples("uint8", (3, 7, 11))
+
+        def found():
+            lines = self.tagrid("convert", "--find", "d").stdout.splitlines()
+            return sorted(line.replace(str(self.folder), "").split("\t")[:-1] for line in lines if not line.startswith("#"))
+
+        for attributes, is_n5 in (('{"blockSize":3}', False), ('{"n5": 5}', False), ('{"a": {"n5": "2.0.0"}}', False), ('{"dimensions": [3], "blockSize": [3]}', False), ('["n5"]', False),
+                                  ('{"n5": "2.5.1"}', True), ('{"dimensions": [3], "dataType": "uint8", "blockSize": [3], "compression": {"type": "raw"}}', True), ('{"n5": "9.0.0"}', True)):
+            folder = self.folder / "d" / "slices"
+            folder.mkdir(parents=True, exist_ok=True)
+            (folder / "attributes.json").write_text(attributes)
+            for z, slice in enumerate(truth):
+                tifffile.imwrite(folder / f"s{z}.tif", slice)
+            self.assertEqual(found(), [["/d/slices", *(["from=tiff"] if is_n5 else []), "series=s#.tif"]], attributes)
+            if is_n5:
+                self.assertIn(": N5: ", self.assert_refused(65, "", "encode", "d/slices"))
+            self.encodes(truth, "d/slices", *(["--from", "tiff"] if is_n5 else []), what=attributes)
+        # A container with a volume has its files for itself.
+        (folder / "attributes.json").write_text(' {"n5": "2.5.1", "x": [[[1]]]}')
+        write_n5(folder / "a", truth, (4, 3, 5))
+        self.assertEqual([line[0] for line in found()], ["/d/slices"])
+        self.assertNotIn("from=tiff", found()[0])
+        self.encodes(truth, "d/slices")
+
+    def test_other_versions_are_refused(self):
+        truth = random_samples("uint8", (9, 7, 11))
+        for version, is_known in (("1.0.0", True), ("2.5.1-SNAPSHOT", True), ("4.0.0", True), ("9.0.0", False), ("5", False), ("", False), ("40.1", False)):
+            folder = self.container()
+            write_n5(folder / "a", truth, (4, 3, 5))
+            (folder / "attributes.json").write_text(json.dumps({"n5": version}))
+            if is_known:
+                self.encodes(truth, folder.name, what=version)
+            else:
+                self.assert_refused(65, f'attributes.json: N5: is of the version "{version}", which is not supported; 1 to 4 are', "encode", folder.name)
 
     def test_what_is_not_supported_is_refused(self):
         truth = random_samples("uint16", (9, 7, 11))

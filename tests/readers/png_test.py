@@ -5,6 +5,7 @@
 
 import json
 import struct
+import time
 import unittest
 import zlib
 
@@ -92,9 +93,10 @@ class Png(ReaderTest):
     def test_what_is_not_read_is_said(self):
         truth = random_samples("uint8", (3, 8, 9))
         self.folder_of(truth, chunk(b"tRNS", b"\0\7"))
-        self.encodes(truth, "s", says="s8.png: says that samples of one value are transparent")
+        self.encodes(truth, "s", says="s: 3 of 3 files say that samples of one value are transparent")
         self.folder_of(truth, chunk(b"acTL", struct.pack(">II", 2, 0)))
-        self.encodes(truth, "s", says="is an animation")
+        doubt = self.encodes(truth, "s", says="s: 3 of 3 files are animations")["source"]["pairs"]["not understood"]
+        self.assertNotIn("s8.png", doubt)
         self.folder_of(truth, end=b"notes")
         self.encodes(truth, "s", says="s8.png: 5 bytes follow the samples; they are not part of the volume; likewise in 2 other files")
 
@@ -120,6 +122,35 @@ class Png(ReaderTest):
         self.write("a.png", few)
         self.assert_refused(65, "a.png: PNG file: is damaged", "encode", "a.png", "-o", "a.tag")
 
+    def test_samples_beyond_the_last_row_are_refused(self):
+        slice = random_samples("uint8", (8, 9))
+        rows = b"".join(b"\0" + row.tobytes() for row in slice)
+        good = zlib.compress(rows)
+        head = SIGNATURE + chunk(b"IHDR", struct.pack(">IIBBBBB", 9, 8, 8, 0, 0, 0, 0))
+        for data, is_right in ((good, True), (zlib.compress(rows + bytes(5000)), False), (good + bytes(50), False), (good[:-1] + bytes([good[-1] ^ 1]), False)):
+            self.write("a.png", head + chunk(b"IDAT", data) + chunk(b"IEND", b""))
+            if is_right:
+                self.encodes(slice[None], "a.png")
+            else:
+                self.assert_refused(65, "a.png: PNG file: ", "encode", "a.png", "-o", "a.tag")
+                self.assertFalse((self.folder / "a.tag").exists())
+
+    def test_a_file_of_many_chunks_is_refused(self):
+        slice = random_samples("uint8", (8, 9))
+        text = chunk(b"tEXt", b"a\0b")
+        self.write("a.png", png(slice, *[text] * 5000))
+        self.encodes(slice[None], "a.png")
+        self.write("a.png", png(slice, *[text] * 500000))
+        start = time.monotonic()
+        self.assert_refused(65, "a.png: PNG file: has more than", "encode", "a.png", "-o", "a.tag")
+        self.assertLess(time.monotonic() - start, 20)
+        # Samples may be in many chunks, as libpng writes them.
+        large = random_samples("uint8", (600, 1000))
+        whole = png(large)
+        data = zlib.compress(b"".join(b"\0" + row.tobytes() for row in large))
+        self.write("a.png", whole[:33] + b"".join(chunk(b"IDAT", data[i:i + 1024]) for i in range(0, len(data), 1024)) + chunk(b"IEND", b""))
+        self.encodes(large[None], "a.png")
+
     def test_pictures_beside_slices_of_another_format_are_left_alone(self):
         truth = random_samples("uint8", (3, 8, 9))
         for z, slice in enumerate(truth):
@@ -128,10 +159,44 @@ class Png(ReaderTest):
         self.write("s/a.png", png(truth[0]))
         Image.fromarray(truth[0]).convert("RGB").save(self.folder / "s" / "b.png")
         self.encodes(truth, "s")
-        lines = self.ok("convert", "--find", "s").stdout.splitlines()
-        listed = [line.split("\t")[0] for line in lines if not line.startswith("#")]
-        self.assertEqual(sorted(name.rsplit("/", 1)[1] for name in listed), ["a.png", "s"])
-        self.assertTrue(any("b.png" in line and "PNG image" in line for line in lines + self.tagrid("convert", "--find", "s").stderr.splitlines()))
+        self.assertEqual(self.found(), ({"s": "series=s#.bmp"}, ["s: a.png: a picture, or a single slice", "s: b.png: is a PNG image, but not one of gray samples of 8 or 16 bits"]))
+        # Pictures of the same slices, and a volume of its own.
+        for z, slice in enumerate(truth):
+            self.write(f"s/s{z}.png", png(slice))
+            self.write(f"s/t{z}.png", png(slice))
+        self.assertIn("s: s0.png, s1.png, s2.png: pictures of slices of another format", self.found()[1])
+        self.assertEqual(self.series, ["series=s#.bmp", "series=t#.png"])
+
+    def found(self):
+        """The lines of a list of this directory by the paths in it, each with its series, and what was passed over. No warnings."""
+        run = self.ok("convert", "--find", ".")
+        self.assertNotIn("warning", run.stderr)
+        lines = [line.split("\t") for line in run.stdout.splitlines() if not line.startswith("#")]
+        self.series = sorted(next((column for column in line if column.startswith("series=")), "") for line in lines)
+        return {line[0].replace(f"{self.folder}/", ""): next((column for column in line if column.startswith("series=")), "") for line in lines}, \
+            sorted(line.removeprefix("# passed over: ") for line in run.stdout.splitlines() if line.startswith("# passed over: ") and "out." not in line)
+
+    def test_a_search_passes_over_pictures(self):
+        slices = random_samples("uint8", (3, 8, 9))
+        self.write("logo/logo.png", png(slices[0]))
+        self.write("logo/b1.5.png", png(slices[0, :5]))
+        for i, slice in enumerate(slices):
+            self.write(f"mixed/figure{i}.png", png(slice[:8 - i]))
+            self.write(f"mixed/deep{i}.png", png(slice if i else slice.astype("uint16")))
+            self.write(f"scan/s{i}.png", png(slice))
+        self.write("scan/photo.png", png(slices[0, :5]))
+        self.assertEqual(self.found(), ({"scan": "series=s#.png"}, [
+            "logo: b1.5.png, logo.png: a picture, or a single slice", "mixed: deep0.png, deep1.png, deep2.png, figure0.png, figure1.png and 1 more: pictures of several sizes",
+            "scan: photo.png: a picture, or a single slice"]))
+        self.assertEqual(self.encodes(slices[:1], "logo/logo.png")["dims"][2], 1)
+        # Names with several numbers are those of slices, not of pictures.
+        for i, slice in enumerate(slices):
+            self.write(f"cut/cut{i}_T{1200 + 7 * i * i}.png", png(slice))
+        run = self.ok("convert", "--find", "cut")
+        self.assertIn("differ in several numbers", run.stderr)
+        # A damaged slice is reported, and no picture.
+        self.write("scan/s1.png", png(slices[1])[:-20])
+        self.assertIn("s1.png: PNG file: is truncated", self.ok("convert", "--find", "scan").stderr)
 
     def test_a_list_has_the_slices(self):
         truth = random_samples("uint16", (3, 9, 8))

@@ -153,6 +153,17 @@ class Zeiss(ReaderTest):
         self.assertIsNone(self.encodes(truth, self.write("a.txm", scan(truth, pixel=None)), says="does not state its pixel size")["geometry"]["spacing"])
         self.assertEqual(self.encodes(truth, "a.txm", "--spacing", "2um")["geometry"]["spacing"], [2] * 3)
 
+    def test_images_beyond_the_stated_number_are_said(self):
+        truth = random_samples("uint16", (103, 4, 5))
+        for field, count in (("NoOfImages", 3), ("NoOfImages", 100), ("NoOfImages", 102), ("ImagesTaken", 3), ("ImagesTaken", 100)):
+            self.write("a.txm", scan(truth, **{field: struct.pack("<I", count)}))
+            said = f"has more images than the {count} of {field}; those from image {count + 1} on are not read"
+            info = self.encodes(truth[:count], "a.txm", what=(field, count), says=f"a.txm: {said}")
+            self.assertEqual(info["source"]["pairs"]["not understood"], said)
+        self.write("a.txm", scan(truth, ImagesTaken=struct.pack("<I", 103)))
+        self.assertNotIn("not understood", self.encodes(truth, "a.txm")["source"]["pairs"])
+        self.assertEqual(self.messages, "")
+
     def test_what_is_not_supported_is_refused(self):
         truth = random_samples("uint16", (3, 20, 30))
         for changed, said in (({"DataType": struct.pack("<I", 9)}, "of the type 9 (DataType)"), ({"DataType": struct.pack("<I", 10)}, "has 1200 bytes, but 30 x 20 samples of float32 have 2400"),

@@ -9,6 +9,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/files/file_bytes.h"
 #include "io/formats/table/open_volume.h"
 #include "io/metadata/region.h"
 #include "io/system/files.h"
@@ -49,6 +50,9 @@ const char* oddity_of(const VolumeInfo& info) {
              : "; slices are unequally spaced, or some are missing";
 }
 
+/// Files that can be slices, by the name of their format.
+using Slices = std::map<std::string_view, std::vector<std::string>>;
+
 class Finder {
  public:
   Finder(const std::string& root, const SourceOptions& accepted, const RunOptions& run,
@@ -62,7 +66,12 @@ class Finder {
 
  private:
   void search(const fs::path& folder) {
-    if (const Format* format = format_of_folder(folder)) return look_at_volume(folder, {}, *format);
+    const Format* whole = format_of_folder(folder);
+    if (whole != nullptr) {
+      const std::size_t before = lines_.volumes();
+      look_at_volume(folder, {}, *whole);
+      if (lines_.volumes() > before) return;
+    }
     std::vector<std::string> files, folders;
     std::error_code error;
     for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
@@ -82,6 +91,7 @@ class Finder {
     if (error) throw world_error("cannot read", folder.string(), error.value());
     std::ranges::sort(files, comes_before);
     std::ranges::sort(folders, comes_before);
+    if (whole != nullptr) return look_at_files_beside(folder, std::move(files));
     look_at_files(folder, files);
     for (const std::string& deeper : folders) {
       try {
@@ -99,8 +109,21 @@ class Finder {
            std::ranges::none_of(place, [](const fs::path& step) { return step.string().starts_with('.'); });
   }
 
-  void look_at_files(const fs::path& folder, const std::vector<std::string>& files) {
-    std::map<std::string_view, std::vector<std::string>> slices;  // by the name of their format
+  /// A store without a volume may have its name, or its attributes, by chance. Its other files are its own.
+  void look_at_files_beside(const fs::path& folder, std::vector<std::string> files) {
+    std::erase_if(files, [](const std::string& file) {
+      try {
+        return readable_format(file) == nullptr;
+      } catch (const Error&) {
+        return false;
+      }
+    });
+    look_at_files(folder, files, true);
+  }
+
+  /// With `is_store`, the directory also seems to be of another format than its slices are.
+  void look_at_files(const fs::path& folder, const std::vector<std::string>& files, bool is_store = false) {
+    Slices slices;
     for (const std::string& file : files) {
       try {
         const Format* format = readable_format(file);
@@ -117,14 +140,57 @@ class Finder {
       }
     }
     pass_over_previews(slices);
+    for (const auto& [name, own] : slices)
+      if (const Format& format = *read_format_named(name); format.reads.are_often_pictures)
+        slices[name] = without_pictures(folder, format, slices);
+    std::erase_if(slices, [](const auto& of_format) { return of_format.second.empty(); });
     for (const auto& [name, own] : slices) {
       OptionTexts options;
-      if (slices.size() > 1) options["from"] = name;
+      if (slices.size() > 1 || is_store) options["from"] = name;
       look_at_slices(folder, own, options, *read_format_named(name));
     }
   }
 
-  void pass_over_previews(std::map<std::string_view, std::vector<std::string>>& slices) {
+  /// The slices of a format that are no pictures: those that are numbered, of one size, and not named as slices of
+  /// another format are.
+  std::vector<std::string> without_pictures(const fs::path& folder, const Format& format,
+                                            const Slices& slices) {
+    std::set<std::string> others;
+    for (const auto& [name, files] : slices)
+      if (!read_format_named(name)->reads.are_often_pictures)
+        for (const std::string& file : files) others.insert(fs::path(file).stem());
+    const auto has_other = [&](const std::string& path) { return others.contains(fs::path(path).stem()); };
+    std::vector<std::string> kept, single;
+    for (const NumberedFiles& one : numbered_files(slices.at(format.name))) {
+      const std::string why = std::ranges::all_of(one.paths, has_other)
+                                  ? "pictures of slices of another format"
+                              : one.paths.size() == 1               ? "a picture, or a single slice"
+                              : !are_of_one_size(one.paths, format) ? "pictures of several sizes"
+                                                                    : "";
+      if (why.empty()) kept.insert(kept.end(), one.paths.begin(), one.paths.end());
+      if (one.paths.size() == 1) single.push_back(one.paths.front());
+      for (const std::string& path : one.paths)
+        if (!why.empty()) lines_.pass_over(path, why);
+    }
+    // The names of slices may have several numbers.
+    if (are_of_one_size(single, format)) warn_of_patterns(folder, numbered_files(single));
+    return kept;
+  }
+
+  /// True if the files state one size, or cannot be read, which is reported when they are opened. Formats of pictures are
+  /// recognized by first bytes that also have the size and the type of samples.
+  static bool are_of_one_size(const std::vector<std::string>& paths, const Format& format) {
+    std::set<std::string> sizes;
+    try {
+      for (const std::string& path : paths)
+        sizes.emplace(FileBytes(path).peek(format.reads.bytes_to_recognize()));
+    } catch (const Error&) {
+      return true;
+    }
+    return sizes.size() < 2;
+  }
+
+  void pass_over_previews(Slices& slices) {
     const auto are_previews = [](const auto& of_format) {
       return std::ranges::all_of(of_format.second, is_preview);
     };

@@ -78,6 +78,7 @@ bool is_directory_of_dicom(const fs::path& path) {
 
 void FoundLines::give(const fs::path& path, const OptionTexts& options, const std::string& text,
                       const Subject& subject, const std::string& type) {
+  ++volumes_;
   if (!fits_a_line(path, options))
     return use_({path, options, "",
                  path.string() + ": a name has a tab or a line end, which a list cannot have", Kind::broken});

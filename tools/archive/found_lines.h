@@ -27,6 +27,8 @@ class FoundLines {
             const Subject& subject, const std::string& type);
   /// The path looks like a volume and cannot be read. The same error is reported once.
   void give_broken(const std::filesystem::path& path, const OptionTexts& options, const Error& error);
+  /// The number of volumes so far.
+  std::size_t volumes() const { return volumes_; }
   /// The number of reported errors.
   std::size_t broken() const { return broken_.size(); }
 
@@ -45,6 +47,7 @@ class FoundLines {
   std::filesystem::path root_;
   const NameTemplate* names_;
   const std::function<void(const FoundVolume&)>& use_;
+  std::size_t volumes_ = 0;
   std::set<std::string> taken_;               // outputs
   std::map<std::string, std::string> named_;  // by the template, with the paths of their volumes
   std::set<std::string> broken_;              // what is wrong with something, in words

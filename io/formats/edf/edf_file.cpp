@@ -299,8 +299,8 @@ void add_slice(const SourceFacts& slice, SourceFacts& all) {
         fmt::format("{}: has another DataValueOffset than {}, and one volume cannot have both", path, first));
   if (all.scale_doubt.empty()) all.scale_doubt = slice.scale_doubt;
   if (!has_same_spacing(slice.info.geometry(), all.info.geometry()))
-    all.not_understood.push_back(
-        fmt::format("{}: states another size of pixels than {}, whose size is used", path, first));
+    all.not_understood.push_back(path +
+                                 ": states another size of pixels than the first slice, whose size is used");
   for (SliceRun run : slice.places) {
     run.file = all.files.size();
     all.places.push_back(run);

@@ -107,8 +107,16 @@ bool begins_gray_png(std::string_view bytes) {
 
 PngOutline png_outline(const ByteSource& file) {
   PngOutline outline = read_header(file);
+  // Programs write samples in chunks of some kilobytes, and few others. Each chunk takes time.
+  constexpr std::uint64_t most_small = 10'000, usual_bytes = 1024;
+  const std::uint64_t most_chunks = most_small + file.size() / usual_bytes;
   std::uint64_t compressed = 0;  // bytes
+  std::uint64_t chunks = 0;
   for (std::uint64_t at = signature.size();;) {
+    if (++chunks > most_chunks)
+      refuse(file, fmt::format("has more than {} chunks, which is too many for its size; write it anew with "
+                               "another program",
+                               most_chunks));
     const Chunk chunk = chunk_at(file, at);
     at = chunk.begin + chunk.length + chunk_crc;
     if (chunk.name() == "IDAT") compressed += chunk.length;

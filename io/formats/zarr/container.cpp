@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "io/bytes/little_endian.h"
@@ -133,16 +134,50 @@ bool has_zarr_metadata(const std::string& folder) {
                              [&](const char* name) { return is_file(folder + name); });
 }
 
+namespace {
+
+/// True if a key in a beginning of JSON has a value that begins with this character.
+bool has_member(std::string_view json, std::string_view key, char first_of_value) {
+  constexpr std::string_view blanks = " \t\r\n";
+  for (std::size_t at = 0; (at = json.find(key, at)) != json.npos;) {
+    at += key.size();
+    const std::size_t colon = json.find_first_not_of(blanks, at);
+    if (colon == json.npos || json[colon] != ':') continue;
+    const std::size_t value = json.find_first_not_of(blanks, colon + 1);
+    if (value != json.npos && json[value] == first_of_value) return true;
+  }
+  return false;
+}
+
+/// True for the attributes of a container, or of an array.
+bool are_of_n5(const nlohmann::json& attributes) {
+  if (!attributes.is_object()) return false;
+  const auto stated = attributes.find("n5");
+  return (stated != attributes.end() && stated->is_string()) ||
+         (attributes.contains("dimensions") && attributes.contains("blockSize") &&
+          attributes.contains("dataType"));
+}
+
+}  // namespace
+
 bool begins_n5(std::string_view b) {
-  return b.starts_with('{') && (b.find("\"n5\"") != b.npos || b.find("\"blockSize\"") != b.npos);
+  return b.starts_with('{') && (has_member(b, "\"n5\"", '"') ||
+                                (has_member(b, "\"dimensions\"", '[') &&
+                                 has_member(b, "\"blockSize\"", '[') && has_member(b, "\"dataType\"", '"')));
 }
 
 bool is_n5_folder(const std::string& folder) {
-  constexpr std::size_t enough = 1 << 14;
+  constexpr std::size_t most = std::size_t{1} << 20;
   const std::string path = folder.substr(0, folder.find_last_not_of('/') + 1),
                     attributes = path + "/attributes.json";
   if (lower_case(path).ends_with(".n5")) return true;
-  return is_file(attributes) && begins_n5(FileBytes(attributes).peek(enough));
+  if (!is_file(attributes)) return false;
+  std::string text(most, '\0');
+  text.resize(FileBytes(attributes).read(reinterpret_cast<std::byte*>(text.data()), text.size()));
+  // Other programs have files of this name. What is nested deeper says nothing here.
+  const auto json = nlohmann::json::parse(
+      text.begin(), text.end(), [](int depth, auto, auto&) { return depth < 2; }, false);
+  return json.is_discarded() ? begins_n5(text) : are_of_n5(json);
 }
 
 bool begins_zarr_in_zip(std::string_view b) {

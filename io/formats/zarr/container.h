@@ -37,9 +37,10 @@ class ZarrContainer {
 /// True for a directory that has the metadata of a Zarr hierarchy.
 bool has_zarr_metadata(const std::string& folder);
 
-/// True for a file that begins as the attributes of an N5 container, or of an array in it, do.
+/// True for a file that begins as the attributes of an N5 container, or of an array in it, do: they state its version,
+/// or the dimensions, the type and the blocks.
 bool begins_n5(std::string_view beginning);
-/// True for a directory that has such a file, or whose name ends in .n5.
+/// True for a directory that has such attributes, or whose name ends in .n5.
 bool is_n5_folder(const std::string& folder);
 
 /// True for a zip file whose first member has metadata of Zarr, as RFC-9 of OME-NGFF recommends.

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -164,6 +165,7 @@ class Jp2Slices final : public ServedVolume {
     memory = static_cast<std::uint64_t>(first_.width * first_.height) * 16;
     // A loss is not undone by a lossless copy.
     if (!is_lossless) pairs.emplace_back(lossy_source_key, "JPEG 2000, irreversible wavelet (9-7)");
+    say_what_is_not_read();
     add_bytes_after(after_, warnings);
     constexpr double meter = 1000;  // millimeters
     resolution_.describe(files.front(), meter, geometry, warnings);
@@ -191,16 +193,27 @@ class Jp2Slices final : public ServedVolume {
       throw BrokenInput(path +
                         ": JPEG 2000 file: its samples are colors of a palette, not single numbers; convert "
                         "it to grayscale first, in the program that knows what the colors mean");
-    if (outline.images > 1)
-      not_understood.push_back(fmt::format("{}: the file has {} images, of which only the first one is read",
-                                           path, outline.images));
-    if (outline.has_extensions)
-      not_understood.push_back(
-          path + ": it says that it needs extensions of JPEG 2000 (part 2), which may change samples");
+    with_more_images_ += outline.images > 1 ? 1 : 0;
+    with_extensions_ += outline.has_extensions ? 1 : 0;
     if (outline.after > 0) after_.push_back({path, outline.after});
     resolution_.add(outline.x_per_meter, outline.y_per_meter);
   }
 
+  /// Says it once of all slices, without the name of any.
+  void say_what_is_not_read() {
+    const std::filesystem::path first(files.front());
+    const std::string where = files.size() == 1 ? first.string() : first.parent_path().string();
+    if (with_more_images_ > 0)
+      not_understood.push_back(
+          fmt::format("{}: {} of {} files have several images, of which only the first one is read", where,
+                      with_more_images_, files.size()));
+    if (with_extensions_ > 0)
+      not_understood.push_back(fmt::format(
+          "{}: {} of {} files say that they need extensions of JPEG 2000 (part 2), which may change samples",
+          where, with_extensions_, files.size()));
+  }
+
+  std::size_t with_more_images_ = 0, with_extensions_ = 0;  ///< files
   Jpeg2000Image first_;
   std::vector<BytesAfter> after_;
   ResolutionOfSlices resolution_;

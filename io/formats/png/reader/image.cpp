@@ -6,9 +6,11 @@
 #include <exception>
 #include <limits>
 #include <new>
+#include <string_view>
 #include <vector>
 
 #include "io/errors/errors.h"
+#include "io/programs/serve.h"
 
 namespace tagrid {
 namespace {
@@ -18,12 +20,14 @@ struct Reading {
   FileSource file;
   std::uint64_t at = 0;
   std::string message;
+  std::string warning;  ///< the first one about samples
   std::exception_ptr error;
 };
 
 void read_bytes(png_structp png, png_bytep out, png_size_t size) {
   auto& reading = *static_cast<Reading*>(png_get_io_ptr(png));
   try {
+    say_working();
     if (reading.file.size() - reading.at < size) {
       reading.message = "is truncated";
     } else {
@@ -46,7 +50,16 @@ void read_bytes(png_structp png, png_bytep out, png_size_t size) {
   png_longjmp(png, 1);
 }
 
-void say_nothing(png_structp, png_const_charp) {}
+/// Most warnings are about chunks that need not be read. Those about the samples say that there are more of them, or
+/// that their checksum is wrong.
+void note_warning(png_structp png, png_const_charp message) {
+  auto& reading = *static_cast<Reading*>(png_get_error_ptr(png));
+  try {
+    if (reading.warning.empty() && std::string_view(message).starts_with("IDAT: ")) reading.warning = message;
+  } catch (...) {
+    reading.error = std::current_exception();
+  }
+}
 
 // Returns false if libpng gave up. No object with a destructor lives across longjmp().
 bool decode(png_structp png, png_infop info, const PngOutline& outline, png_bytep* rows) {
@@ -67,12 +80,12 @@ bool decode(png_structp png, png_infop info, const PngOutline& outline, png_byte
 }  // namespace
 
 void read_png(const std::string& path, const PngOutline& outline, std::span<std::byte> samples) {
-  Reading reading{FileSource(path), 0, {}, nullptr};
+  Reading reading{FileSource(path), 0, {}, {}, nullptr};
   const std::size_t row = samples.size() / static_cast<std::size_t>(outline.height);
   std::vector<png_bytep> rows;
   for (std::size_t y = 0; y < static_cast<std::size_t>(outline.height); ++y)
     rows.push_back(reinterpret_cast<png_bytep>(samples.data() + y * row));
-  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &reading, leave, say_nothing);
+  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &reading, leave, note_warning);
   if (png == nullptr) throw std::bad_alloc();
   png_infop info = png_create_info_struct(png);
   bool is_done = false;
@@ -88,6 +101,10 @@ void read_png(const std::string& path, const PngOutline& outline, std::span<std:
   png_destroy_read_struct(&png, &info, nullptr);
   if (reading.error) std::rethrow_exception(reading.error);
   if (info == nullptr && !is_done && reading.message.empty()) throw std::bad_alloc();
+  if (is_done && !reading.warning.empty())
+    throw BrokenInput(
+        fmt::format("{}: PNG file: its samples are damaged, or are more than its header says: {}", path,
+                    reading.warning));
   if (!is_done) throw BrokenInput(fmt::format("{}: PNG file: is damaged: {}", path, reading.message));
 }
 

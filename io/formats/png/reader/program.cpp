@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,10 +28,12 @@ class PngSlices final : public ServedVolume {
       const PngOutline outline = png_outline(FileSource(path));
       if (path == files.front()) first_ = outline;
       require_like_first(path, outline);
-      note_what_is_not_read(path, outline);
+      transparent_ += outline.has_transparent ? 1 : 0;
+      animated_ += outline.has_more_images ? 1 : 0;
       if (outline.after > 0) after.push_back({path, outline.after});
       resolution.add(outline.x_per_meter, outline.y_per_meter);
     }
+    say_what_is_not_read();
     add_bytes_after(after, warnings);
     constexpr double meter = 1000;  // millimeters
     resolution.describe(files.front(), meter, geometry, warnings);
@@ -67,17 +70,22 @@ class PngSlices final : public ServedVolume {
     return fmt::format("{} x {} samples of {} bits", outline.width, outline.height, outline.bits);
   }
 
-  /// Says it once of all slices.
-  void note_what_is_not_read(const std::string& path, const PngOutline& outline) {
-    if (outline.has_transparent && !std::exchange(is_transparent_said_, true))
+  /// Says it once of all slices, without the name of any.
+  void say_what_is_not_read() {
+    const std::filesystem::path first(files.front());
+    const std::string where = files.size() == 1 ? first.string() : first.parent_path().string();
+    if (transparent_ > 0)
+      not_understood.push_back(fmt::format(
+          "{}: {} of {} files say that samples of one value are transparent; they are read as others are",
+          where, transparent_, files.size()));
+    if (animated_ > 0)
       not_understood.push_back(
-          path + ": says that samples of one value are transparent; they are read as others are");
-    if (outline.has_more_images && !std::exchange(are_more_said_, true))
-      not_understood.push_back(path + ": is an animation, of which only the first image is read");
+          fmt::format("{}: {} of {} files are animations, of which only the first image is read", where,
+                      animated_, files.size()));
   }
 
   PngOutline first_;
-  bool is_transparent_said_ = false, are_more_said_ = false;
+  std::size_t transparent_ = 0, animated_ = 0;  ///< files
 };
 
 }  // namespace

@@ -358,6 +358,19 @@ std::string ZarrArray::key(const std::vector<std::int64_t>& numbers) const {
 
 namespace {
 
+/// Containers of another major version may have other blocks.
+void require_known_version(const std::string& name, const Json& attributes) {
+  constexpr int most = 4;
+  const Json& stated = member(attributes, "n5");
+  if (!stated.is_string()) return;
+  const std::string version = stated.get<std::string>(), major = version.substr(0, version.find('.'));
+  if (major.size() == 1 && major[0] >= '1' && major[0] <= '0' + most) return;
+  throw broken_zarr(
+      name,
+      fmt::format("is of the version {}, which is not supported; 1 to {} are", tagrid::quoted(version), most),
+      "N5");
+}
+
 /// N5 has one file for all attributes, also those that make an array.
 std::optional<ZarrNode> n5_node(const ZarrStore& store, const std::string& path) {
   ZarrNode node;
@@ -366,6 +379,7 @@ std::optional<ZarrNode> n5_node(const ZarrStore& store, const std::string& path)
   auto json = json_at(store, node.metadata_key);
   if (!json) return std::nullopt;
   node.metadata = std::move(*json);
+  require_known_version(joined(store.path(), node.metadata_key), node.metadata);
   node.is_array = node.metadata.contains("dimensions") && node.metadata.contains("dataType");
   node.attributes = node.metadata;
   for (const char* own : {"n5", "dimensions", "blockSize", "dataType", "compression", "compressionType"})

@@ -373,6 +373,7 @@ std::string shown_path(const ZarrImage& image) {
 void describe_image(const ZarrStore& store, const ZarrImage& image, const SpaceAxes& space,
                     ServedVolume& volume) {
   volume.warnings.insert(volume.warnings.end(), image.remarks.begin(), image.remarks.end());
+  volume.not_understood.insert(volume.not_understood.end(), image.doubts.begin(), image.doubts.end());
   Describing(store, image, space, volume).run();
 }
 

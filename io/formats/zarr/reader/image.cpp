@@ -20,6 +20,12 @@
 namespace tagrid {
 namespace {
 
+/// "Zarr" or "N5", for messages.
+std::string_view format_of(const ZarrStore& store) {
+  const auto root = zarr_node(store, "");
+  return root ? (root->is_n5() ? "N5" : "Zarr") : lower_case(store.path()).ends_with(".n5") ? "N5" : "Zarr";
+}
+
 /// The limits of a search: a hostile store can have any number of nested folders.
 constexpr std::size_t most_nodes = 100'000, deepest = 64;
 constexpr std::size_t most_named = 3;
@@ -136,6 +142,7 @@ ZarrImage image_of(const ZarrStore& store, const ZarrNode& node) {
       image.attributes = group->attributes;
       image.group = group->path;
       image.remarks.clear();
+      image.doubts.clear();
       return image;
     }
     if (const Json& all = multiscales_of(group->attributes); !all.empty() && image.remarks.empty())
@@ -191,7 +198,8 @@ class Candidates {
 
   [[noreturn]] void refuse(const std::string& why) const {
     throw broken_zarr(store_.path(),
-                      why + ", and is not searched for volumes; choose an array with --dataset");
+                      why + ", and is not searched for volumes; choose an array with --dataset",
+                      format_of(store_));
   }
 
   std::vector<std::string> folders_in(const std::string& path) try {
@@ -274,7 +282,8 @@ ZarrImage one_of(const ZarrStore& store, const Candidates& all, const std::strin
         fmt::format(
             "has no array that is a volume of integers of 8, 16 or 32 bits, or floats of 32 or 64 bits{}{}",
             all.others.empty() ? "" : "; ", listed(all.others, most_named)) +
-            (all.unread.empty() ? "" : "; " + listed(all.unread, most_named)));
+            (all.unread.empty() ? "" : "; " + listed(all.unread, most_named)),
+        format_of(store));
   const std::string path = all.choices[chosen(store.path(), "dataset", wanted, all.choices)].name;
   ZarrImage image = image_of(store, *zarr_node(store, path));
   if (wanted.empty() && !all.unread.empty())
@@ -344,8 +353,10 @@ std::vector<std::int64_t> chosen_volume(const std::string& path, const ZarrImage
   std::int64_t count = 1;
   for (const OtherAxis& other : others)
     if (other.size < 1 || other.size > most_volumes / count)
-      throw broken_zarr(path, fmt::format("has {} of {} along the axis {}, which is too many volumes",
-                                          other.size, other.word, other.letter));
+      throw broken_zarr(path,
+                        fmt::format("has {} of {} along the axis {}, which is too many volumes", other.size,
+                                    other.word, other.letter),
+                        image.array.format());
     else
       count *= other.size;
   const auto numbers_of = [&](std::int64_t volume) {

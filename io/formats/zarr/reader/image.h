@@ -30,6 +30,7 @@ struct ZarrImage {
   Json attributes = Json::object();  ///< of the group of levels, if it has one, otherwise of the array
   std::string group;  ///< the path of the group of levels, otherwise of the group that has the array
   std::vector<std::string> remarks;  ///< sentences for users
+  std::vector<std::string> doubts;   ///< the same, of what is not understood
 
   /// The axes of the array that are x, y and z; nothing for a z that is missing.
   std::array<std::optional<std::size_t>, 3> space() const;

@@ -96,6 +96,12 @@ bool is_pixel(const std::string& unit) {
   return name == "pixel" || name == "pixels" || name == "px";
 }
 
+/// True for factors that are not 1 for each axis.
+bool are_coarser(const Json& factors) {
+  const auto is_one = [](const Json& one) { return one.is_number() && one.get<double>() == 1; };
+  return !factors.is_null() && !(factors.is_array() && std::ranges::all_of(factors, is_one));
+}
+
 /// Reads the attributes of one object; false if it has none.
 class Scales {
  public:
@@ -104,25 +110,34 @@ class Scales {
   bool read(const Json& attributes) {
     const std::size_t axes = image_.axes.size();
     if (const Json& resolution = member(attributes, "resolution"); !resolution.is_null()) {
-      set(numbers_of(resolution, axes), "resolution", nullptr);
+      const bool is_own = &attributes == &image_.array.attributes;
+      if (is_own && are_coarser(factors())) {
+        image_.doubts.push_back(sentence(
+            "it has both resolution and downsamplingFactors, and resolution may be that of the finest "
+            "level or its own; its scale is unknown"));
+        return true;
+      }
+      set(numbers_of(resolution, axes), "resolution");
       set_units(member(attributes, "units"));
       return true;
     }
     const Json& pixel = member(attributes, "pixelResolution");
     if (pixel.is_null()) return false;
     const bool is_list = pixel.is_array();
-    set(numbers_of(is_list ? pixel : member(pixel, "dimensions"), axes), "pixelResolution",
-        &member(image_.array.attributes, "downsamplingFactors"));
+    set(numbers_of(is_list ? pixel : member(pixel, "dimensions"), axes), "pixelResolution");
     set_units(is_list ? member(attributes, "units") : member(pixel, "unit"));
     return true;
   }
 
  private:
-  void set(const std::optional<std::vector<double>>& numbers, const char* name, const Json* factors) {
+  /// Those of the level; null for the finest one.
+  const Json& factors() const { return member(image_.array.attributes, "downsamplingFactors"); }
+
+  void set(const std::optional<std::vector<double>>& numbers, const char* name) {
     if (!numbers)
       return say(fmt::format("its {} is not a positive number for each axis; it is not used", name));
     auto times = std::optional(std::vector<double>(numbers->size(), 1.0));
-    if (factors != nullptr && !factors->is_null()) times = numbers_of(*factors, numbers->size());
+    if (!factors().is_null()) times = numbers_of(factors(), numbers->size());
     if (!times)
       return say("its downsamplingFactors are not a positive number for each axis; its scale is unknown");
     for (std::size_t i = 0; i < numbers->size(); ++i) image_.axes[i].scale = (*numbers)[i] * (*times)[i];
@@ -142,9 +157,10 @@ class Scales {
     }
   }
 
-  void say(const std::string& what) {
-    image_.remarks.push_back(fmt::format("{}: N5: {}: {}", store_.path(),
-                                         image_.array.path.empty() ? "the array" : image_.array.path, what));
+  void say(const std::string& what) { image_.remarks.push_back(sentence(what)); }
+  std::string sentence(const std::string& what) const {
+    return fmt::format("{}: N5: {}: {}", store_.path(),
+                       image_.array.path.empty() ? "the array" : image_.array.path, what);
   }
 
   const ZarrStore& store_;

@@ -23,8 +23,9 @@ std::vector<std::byte> n5_block(const std::vector<std::byte>& stored, const Zarr
                                 const std::vector<std::int64_t>& numbers, const std::string& name);
 
 /// Sets the scale and the units of the axes of an image by the attributes of its array and of the group around it:
-/// "resolution" and "units", or "pixelResolution", which is that of the finest level, and "downsamplingFactors". Adds
-/// remarks. Throws WorldError, BrokenInput.
+/// "resolution" and "units", or "pixelResolution", times the "downsamplingFactors" of the array. A "resolution" of an
+/// array that has factors may be that of any level, and is not used. Adds remarks and doubts. Throws WorldError,
+/// BrokenInput.
 void set_n5_scale(const ZarrStore& store, ZarrImage& image);
 
 /// True for an attribute that set_n5_scale() reads.

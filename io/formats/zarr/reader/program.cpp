@@ -38,18 +38,21 @@ class ZarrVolume final : public ServedVolume {
       throw broken_zarr(path,
                         fmt::format("{} has {} samples, which are not supported; use integers of 8, 16 or 32 "
                                     "bits or floats of 32 or 64 bits",
-                                    shown_path(image_), array.type_name));
+                                    shown_path(image_), array.type_name),
+                        array.format());
     const auto space = image_.space();
     if (!space[axis_of_x] || !space[axis_of_y])
-      throw broken_zarr(path, fmt::format("{} has less than two axes", shown_path(image_)));
+      throw broken_zarr(path, fmt::format("{} has less than two axes", shown_path(image_)), array.format());
     for (std::size_t i = 0; i < 3; ++i) {
       axes_[i] = space[i];
       dims[static_cast<int>(i)] = space[i] ? array.shape[*space[i]] : 1;
     }
     type = *array.type;
     if (!is_volume_size(dims) || !sample_bytes(dims, type))
-      throw broken_zarr(path, fmt::format("{} has {} x {} x {} samples, which are no volume",
-                                          shown_path(image_), dims.x, dims.y, dims.z));
+      throw broken_zarr(path,
+                        fmt::format("{} has {} x {} x {} samples, which are no volume", shown_path(image_),
+                                    dims.x, dims.y, dims.z),
+                        array.format());
     numbers_ = chosen_volume(path, image_, option(options, "series"));
     files = {store_->path_of(image_.metadata_key)};
     slab_ = axes_[axis_of_z] ? std::min(array.piece[*axes_[axis_of_z]], dims.z) : 1;
@@ -127,7 +130,8 @@ class ZarrVolume final : public ServedVolume {
           fmt::format("{}: {}, but there is a file {}, where the metadata leads to {}; {} may state the "
                       "wrong separator or beginning of chunk keys",
                       shown_path(image_), missing, tagrid::quoted(presence.other_key),
-                      tagrid::quoted(presence.expected_key), tagrid::quoted(image_.metadata_key)));
+                      tagrid::quoted(presence.expected_key), tagrid::quoted(image_.metadata_key)),
+          array.format());
     const std::string sentence =
         fmt::format("{}: {}: {}: {}", store_->path(), array.format(), shown_path(image_), missing);
     if (array.has_fill)

@@ -138,8 +138,8 @@ std::string joined(const std::string& folder, const std::string& name) {
   return folder.ends_with('/') ? folder + name : folder + "/" + name;
 }
 
-BrokenInput broken_zarr(const std::string& path, const std::string& why) {
-  return BrokenInput(fmt::format("{}: Zarr: {}", path, why));
+BrokenInput broken_zarr(const std::string& path, const std::string& why, std::string_view format) {
+  return BrokenInput(fmt::format("{}: {}: {}", path, format, why));
 }
 
 }  // namespace tagrid

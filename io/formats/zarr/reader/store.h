@@ -62,6 +62,7 @@ std::string plain_path(std::string_view path);
 /// "a/b" for "a" and "b"; without one of them, the other.
 std::string joined(const std::string& folder, const std::string& name);
 
-BrokenInput broken_zarr(const std::string& path, const std::string& why);
+/// `format`: "Zarr" or "N5".
+BrokenInput broken_zarr(const std::string& path, const std::string& why, std::string_view format = "Zarr");
 
 }  // namespace tagrid

@@ -48,6 +48,11 @@ class ZeissImages final : public ServedVolume {
         refuse(fmt::format("{} has {} bytes, but {} x {} samples of {} have {}", name_of_image(z), size,
                            dims.x, dims.y, name_of(type), slice));
     }
+    // Programs that append images need not change the number.
+    if (file_.find(name_of_image(dims.z)))
+      not_understood.push_back(
+          fmt::format("{}: has more images than the {} of {}; those from image {} on are not read", path,
+                      dims.z, name_of_count_, dims.z + 1));
     describe();
     // The table of sectors, and which of them an image has, both with room to grow.
     memory = 2 * slice + std::filesystem::file_size(path) / 32;
@@ -97,6 +102,7 @@ class ZeissImages final : public ServedVolume {
     const auto taken = number("ImageInfo/ImagesTaken");
     if (!taken || *taken == 0 || *taken >= planned) return planned;
     warnings.push_back(fmt::format("{}: {} of {} planned images were taken", files.front(), *taken, planned));
+    name_of_count_ = "ImagesTaken";
     return *taken;
   }
 
@@ -144,6 +150,7 @@ class ZeissImages final : public ServedVolume {
   }
 
   CompoundFile file_;
+  const char* name_of_count_ = "NoOfImages";  ///< of the field that states the number of images
 };
 
 }  // namespace
