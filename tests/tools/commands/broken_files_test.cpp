@@ -47,7 +47,8 @@ TEST_F(BrokenFiles, AFolderIsNoInput) {
       "folder: has no files, only directories; tagrid convert --find folder lists the volumes in them");
   expect_ok(script("echo text > folder/notes"));
   expect_error(tagrid({"encode", "folder"}), broken_input,
-               "folder: is a directory, but its first files are not slices of DICOM or TIFF or EDF of the ESRF or JPEG 2000");
+               "folder: is a directory, but its first files are not slices of DICOM or TIFF or EDF of the "
+               "ESRF or JPEG 2000");
   expect_only({"folder"});
 }
 
