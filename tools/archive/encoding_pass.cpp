@@ -48,6 +48,7 @@ struct Volume {
   std::unique_ptr<VolumeSource> source = nullptr;
   std::vector<InputFile> files = {};
   bool headerless = false;
+  ordered_json subject = nullptr;                     ///< null without a key file
   std::unique_ptr<UnchangedFiles> watched = nullptr;  ///< the same files
   // Since it was compared with the record.
   std::string difference = "";  ///< of the options
@@ -82,6 +83,8 @@ void describe(const Volume& volume, const TagHeader& header, const TagIndex& ind
   record["input_xxh3"] = checksum_text(input_checksum);
   record["output_xxh3"] = checksum_text(output_checksum);
   record["achieved"] = achieved_json(header, index.total);
+  // Of the volume that the output has: one that fails must not describe the output of another.
+  if (!volume.subject.is_null()) record[subject_key] = volume.subject;
   record["status"] = "ok";
 }
 
@@ -123,7 +126,7 @@ std::string change_of(const KnownOutput& known, const std::vector<InputFile>& fi
 }
 
 /// Opens the volume, and compares its files with those of the record.
-archive::Input look(const EncodingPass& pass, Volume& volume, ordered_json& record) {
+archive::Input look(const EncodingPass& pass, Volume& volume) {
   require_own_folders(pass.options.output_dir, volume.line.output);
   require_file_or_folder(volume.input);
   require_lasting_choice(volume.input, volume.asked.source);
@@ -134,7 +137,7 @@ archive::Input look(const EncodingPass& pass, Volume& volume, ordered_json& reco
   volume.asked.source.known = known_volume(*volume.source, now);
   volume.headerless = volume.source->facts().headerless;
   // For those who look for a patient with the key file: the output may not have these any more.
-  if (!pass.options.keys.empty()) record["subject"] = json_of(subject_of(volume.source->info().metadata));
+  if (!pass.options.keys.empty()) volume.subject = json_of(subject_of(volume.source->info().metadata));
   const KnownOutput* known = pass.known.find(volume.line.output);
   if (known != nullptr && !other_volume(*known, volume.files).empty()) return archive::Input::other;
   return known != nullptr && known->input_files == volume.files ? archive::Input::same
@@ -310,7 +313,7 @@ void encode_line(const EncodingPass& pass, const ManifestLine& line, ordered_jso
     const KnownOutput* known = pass.known.find(line.output);
     switch (const Action action = decide(archive::encoding_table(), facts)) {
       case Action::look:
-        facts.input = look(pass, volume, record);
+        facts.input = look(pass, volume);
         break;
       case Action::compare_options:
         volume.difference = difference_of(*known, line.options, options.run, *volume.source);

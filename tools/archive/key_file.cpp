@@ -15,6 +15,7 @@
 #include "io/system/files.h"
 #include "io/system/this_process.h"
 #include "io/text/text.h"
+#include "tools/archive/subject.h"
 #include "tools/report/report.h"
 
 namespace tagrid {
@@ -173,7 +174,7 @@ void KeyFile::append(const std::string& digits, const ordered_json& half) {
 
 ordered_json KeyFile::sealed(ordered_json record) {
   ordered_json half = {{"output", record.at("output")}, {"input", record.at("input")}};
-  if (const auto subject = record.find("subject"); subject != record.end()) {
+  if (const auto subject = record.find(subject_key); subject != record.end()) {
     half.update(*subject);
     record.erase(subject);
   }
@@ -206,6 +207,10 @@ std::optional<std::string> KeyFile::opened(std::string_view line) {
     if (names.size() != files->size()) return std::nullopt;
     for (std::size_t i = 0; i < files->size(); ++i) (*files)[i]["path"] = names[i].at("path");
   }
+  ordered_json subject = ordered_json::object();
+  for (const char* key : keys_of_subjects)
+    if (const auto found = half->find(key); found != half->end()) subject[key] = *found;
+  record[subject_key] = std::move(subject);
   return written_json(record);
 }
 

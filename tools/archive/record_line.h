@@ -31,6 +31,9 @@ std::string canonical_folder(const std::string& folder);
 /// The files of the input are KEYED/0, KEYED/1 ...
 inline constexpr std::string_view keyed_mark = "keyed:";
 
+/// With a key file, the member of a record in memory that says whom its output shows; lines of an archive never have it.
+inline constexpr const char* subject_key = "subject";
+
 /// The name of a file in records whose paths are relative to `base` ("": absolute), and the path for such a name; a key stays as it is.
 std::string name_in_records(const std::string& path, const std::string& base);
 std::string path_in_records(const std::string& name, const std::string& base);

@@ -107,6 +107,8 @@ void add_output(const KnownOutput& known, ordered_json& record) {
   const ordered_json earlier = ordered_json::parse(known.record);
   for (const char* key : output_keys)
     if (const auto found = earlier.find(key); found != earlier.end()) record[key] = *found;
+  if (const auto subject = earlier.find(subject_key); subject != earlier.end())
+    record[subject_key] = *subject;
 }
 
 void skip(const KnownOutput& known, ordered_json& record) {

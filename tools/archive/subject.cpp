@@ -1,7 +1,7 @@
 #include "tools/archive/subject.h"
 
 #include <algorithm>
-#include <utility>
+#include <cstddef>
 
 #include "io/text/text.h"
 
@@ -24,15 +24,13 @@ Subject subject_of(const Metadata& metadata) {
 }
 
 nlohmann::ordered_json json_of(const Subject& subject) {
+  const std::array texts = {&subject.patient,           &subject.patient_id, &subject.study,
+                            &subject.study_description, &subject.study_date, &subject.series,
+                            &subject.modality};
+  static_assert(texts.size() == keys_of_subjects.size());
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
-  for (const auto& [key, text] : {std::pair("patient", &subject.patient),
-                                  {"patient_id", &subject.patient_id},
-                                  {"study", &subject.study},
-                                  {"study_description", &subject.study_description},
-                                  {"study_date", &subject.study_date},
-                                  {"series", &subject.series},
-                                  {"modality", &subject.modality}})
-    if (!text->empty()) json[key] = text_of_name(*text);
+  for (std::size_t i = 0; i < texts.size(); ++i)
+    if (!texts[i]->empty()) json[keys_of_subjects[i]] = text_of_name(*texts[i]);
   return json;
 }
 

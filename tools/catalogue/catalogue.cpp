@@ -104,13 +104,16 @@ void Catalogue::update() {
 void Catalogue::note_keys(KeyFile& keys) {
   Transaction changes(*database_);
   database_->execute("CREATE INDEX IF NOT EXISTS by_input ON volumes (input)");
+  // The half of the newest record of an output describes it, and no other: a line that failed may name another volume.
   Statement subject = database_->prepare(
-      "UPDATE volumes SET patient = coalesce(?2, patient), patient_id = coalesce(?3, patient_id), "
-      "study = coalesce(?4, study), study_description = coalesce(?5, study_description), "
-      "study_date = coalesce(?6, study_date), series = coalesce(?7, series), modality = coalesce(?8, "
+      "UPDATE volumes SET patient = coalesce(?3, patient), patient_id = coalesce(?4, patient_id), "
+      "study = coalesce(?5, study), study_description = coalesce(?6, study_description), "
+      "study_date = coalesce(?7, study_date), series = coalesce(?8, series), modality = coalesce(?9, "
       "modality) "
-      "WHERE name = ?1");
-  Statement input = database_->prepare("UPDATE volumes SET input = ?2 WHERE input = ?1");
+      "WHERE name = ?1 AND input = ?2");
+  Statement header =
+      database_->prepare("SELECT patient, patient_id FROM volumes WHERE name = ? AND input = ?");
+  Statement input = database_->prepare("UPDATE volumes SET input = ?3 WHERE name = ?1 AND input = ?2");
   Statement failure = database_->prepare("UPDATE volumes SET failure = ?3 WHERE name = ?1 AND failure = ?2");
   keys.for_each([&](const nlohmann::ordered_json& half) {
     const auto text = [&](const char* key) {
@@ -121,9 +124,14 @@ void Catalogue::note_keys(KeyFile& keys) {
     };
     const std::string name = text("output").value_or(""),
                       keyed = std::string(keyed_mark) + text("keyed").value_or("");
-    subject.run(name, text("patient"), text("patient_id"), text("study"), text("study_description"),
+    if (header.begin(name, keyed).next())
+      for (const auto& [column, key] : {std::pair(0, "patient"), {1, "patient_id"}})
+        if (const std::string in_header = header.text(column), in_keys = text(key).value_or("");
+            !in_header.empty() && !in_keys.empty() && in_header != in_keys)
+          disputed_.insert(name);
+    subject.run(name, keyed, text("patient"), text("patient_id"), text("study"), text("study_description"),
                 text("study_date"), text("series"), text("modality"));
-    input.run(keyed, text("input"));
+    input.run(name, keyed, text("input"));
     failure.run(name, keyed, text("error"));
   });
   changes.commit();

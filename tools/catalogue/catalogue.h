@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -48,6 +49,8 @@ class Catalogue {
   /// Sentences for users on what is not in order: lines that are not records, and what became of the index.
   const std::vector<std::string>& remarks() const { return remarks_; }
   const std::string& folder() const { return folder_; }
+  /// True if the key file names another patient than the header of the output does.
+  bool is_disputed(const std::string& name) const { return disputed_.contains(name); }
   /// The path of an output.
   std::string path_of(const std::string& name) const;
 
@@ -83,6 +86,7 @@ class Catalogue {
   std::string folder_;
   int threads_;
   std::vector<std::string> remarks_;
+  std::set<std::string> disputed_;
   std::optional<Database> database_;
 };
 

@@ -48,6 +48,11 @@ void remove_empty_folders(const std::string& folder, const std::string& name) {
 void require_known(const Catalogue& catalogue, const CatalogueEntry& entry) {
   const std::string path = catalogue.path_of(entry.name);
   require_own_folders(catalogue.folder(), entry.name);
+  if (catalogue.is_disputed(entry.name))
+    throw UsageError(
+        path +
+        ": its header names another patient than the key file does; nothing was removed, find out "
+        "which is right, and forget it by its name without --keys if it shall go");
   const auto status = status_of_name(path);
   const bool is_known = entry.bytes ? status && status->is_file() && status->size == *entry.bytes &&
                                           status->modified.in_nanoseconds() == entry.modified

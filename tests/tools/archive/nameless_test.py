@@ -60,12 +60,12 @@ def write_dicom(folder, number, patient, date="20190506", slices=4):
         image.save_as(folder / f"bild-{i}.dcm", write_like_original=False)
 
 
-def write_nrrd(path, number, size=10):
+def write_nrrd(path, number, size=10, patient=""):
     path.parent.mkdir(parents=True, exist_ok=True)
     numbers = random.Random(number)
     samples = array.array("h", (numbers.randrange(-50, 50) for _ in range(size ** 3)))
     header = (f"NRRD0004\n# Geheimnis von Zwiebelfisch\ncontent: Zwiebelfisch\ntype: short\ndimension: 3\nsizes: {size} {size} {size}\n"
-              "encoding: raw\nendian: little\nkommentar:=Geheimnis\n\n")
+              "encoding: raw\nendian: little\nkommentar:=Geheimnis\n" + (f"dicom_PatientName:={patient}\n" if patient else "") + "\n")
     path.write_bytes(header.encode() + samples.tobytes())
 
 
@@ -102,6 +102,10 @@ class Nameless(unittest.TestCase):
     def convert(self, *more, code=0, strip=True):
         return self.run_tagrid("convert", "--manifest", "list.tsv", "--output-dir", "archive", "--keys", "keys.jsonl",
                                *(["--strip"] if strip else []), "-T", "1", *more, code=code)
+
+    def mark(self, output):
+        """The column of a list that says that the output was named with the key."""
+        return ""
 
     def outputs(self):
         return sorted(str(path.relative_to(self.folder / "archive")) for path in (self.folder / "archive").rglob("*.tag"))
@@ -362,6 +366,43 @@ class Nameless(unittest.TestCase):
         self.find()
         self.convert("--skip-done")
         self.assertEqual({record["status"] for record in self.records()[-len(PATIENTS):]}, {"skipped"})
+
+    def test_a_volume_that_fails_does_not_describe_the_output_of_another(self):
+        for name, number in (("a", 1), ("b", 2)):
+            write_nrrd(self.folder / f"{name}.nrrd", number, patient={"a": "Alpha", "b": "Beta"}[name])
+            (self.folder / f"{name}.tsv").write_text(f"{name}.nrrd\toutput=2019/x{self.mark('2019/x')}\n")
+        run = ["convert", "--output-dir", "archive", "--keys", "keys.jsonl", "-q", "--manifest"]
+        self.run_tagrid(*run, "a.tsv")
+        self.run_tagrid(*run, "a.tsv", "--remove-verified")
+        for more in ([], ["--skip-done"], ["-f"]):
+            self.run_tagrid(*run, "b.tsv", *more, code=65)
+        self.run_tagrid(*run, "a.tsv", "--skip-done")
+        find = ["archive", "find", "archive", "--keys", "keys.jsonl", "--print0"]
+        self.assertEqual(self.run_tagrid(*find, "patient=Beta")[0], "")
+        self.assertIn("2019/x.tag", self.run_tagrid(*find, "patient=Alpha")[0])
+        self.run_tagrid("archive", "forget", "archive", "--keys", "keys.jsonl", "patient=Beta", "--yes")
+        self.assertEqual(self.outputs(), ["2019/x.tag"])
+        self.run_tagrid("restore", "--records", "archive", "--keys", "keys.jsonl", "-q")
+        self.assertTrue((self.folder / "a.nrrd").exists())
+
+    def test_the_patient_is_that_of_the_volume_encoded_last(self):
+        for name, number in (("a", 1), ("b", 2)):
+            write_nrrd(self.folder / f"{name}.nrrd", number, patient={"a": "Alpha", "b": "Beta"}[name])
+            (self.folder / f"{name}.tsv").write_text(f"{name}.nrrd\toutput=x{self.mark('x')}\n")
+        for strip in (["--strip"], []):
+            for name, patient in (("a", "Alpha"), ("b", "Beta"), ("a", "Alpha")):
+                shutil.copy(self.folder / f"{name}.nrrd", self.folder / "now.nrrd")
+                (self.folder / "now.tsv").write_text(f"now.nrrd\toutput=x{self.mark('x')}\n")
+                self.run_tagrid("convert", "--output-dir", "archive", "--keys", "keys.jsonl", "-qf", *strip, "--manifest", "now.tsv")
+                for other in ("Alpha", "Beta"):
+                    found = self.run_tagrid("archive", "find", "archive", "--keys", "keys.jsonl", f"patient={other}", "--print0")[0]
+                    self.assertEqual(found != "", other == patient, (found, other))
+        # The header and the key file disagree: nobody knows whom it shows.
+        keys = self.folder / "keys.jsonl"
+        keys.write_text(keys.read_text().replace('"Alpha"', '"Gamma"'))
+        self.assertIn("names another patient", self.run_tagrid("archive", "forget", "archive", "--keys", "keys.jsonl", "patient=Gamma",
+                                                               "--yes", code=64)[1])
+        self.assertEqual(self.outputs(), ["x.tag"])
 
     def test_originals_are_removed_moved_and_restored(self):
         self.make_originals(4)
