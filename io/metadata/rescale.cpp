@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
+#include <filesystem>
+#include <set>
 
 #include "io/text/foreign_number.h"
 #include "io/text/text.h"
@@ -107,23 +110,75 @@ double error_in_samples(double error, const Rescale& rescale) {
 
 namespace {
 
-std::string without_names(std::string sentence, const std::vector<std::string>& names) {
-  for (const std::string& name : names) {
-    const std::string prefix = name + ": ";
-    if (name.empty()) continue;
-    for (std::size_t at = 0; (at = sentence.find(prefix, at)) != sentence.npos;)
-      if (at == 0 || sentence.compare(at - 2, 2, "; ") == 0)
-        sentence.erase(at, prefix.size());
-      else
-        at += prefix.size();
+bool is_of_word(char c) {
+  return static_cast<unsigned char>(c) >= 0x80 || std::isalnum(static_cast<unsigned char>(c)) != 0;
+}
+
+/// Replaces `name` where it is not a part of a longer word.
+void replace_name(std::string& sentence, const std::string& name, std::string_view by) {
+  for (std::size_t at = 0; (at = sentence.find(name, at)) != sentence.npos;) {
+    const std::size_t end = at + name.size();
+    const bool begins = at == 0 || !is_of_word(name.front()) || !is_of_word(sentence[at - 1]),
+               ends = end == sentence.size() || !is_of_word(name.back()) || !is_of_word(sentence[end]);
+    if (begins && ends) sentence.replace(at, name.size(), by);
+    at += begins && ends ? by.size() : 1;
+  }
+}
+
+/// Leaves out a name that begins a sentence.
+void cut_beginning(std::string& sentence, const std::string& name) {
+  const std::string prefix = name + ": ";
+  for (std::size_t at = 0; (at = sentence.find(prefix, at)) != sentence.npos;)
+    if (at == 0 || (at > 1 && sentence.compare(at - 2, 2, "; ") == 0))
+      sentence.erase(at, prefix.size());
+    else
+      at += prefix.size();
+}
+
+std::string without_names(std::string sentence, const NamesOfSource& names) {
+  constexpr std::size_t least = 3;  // bytes; shorter ones are words of any sentence
+  for (const std::string& name : names.names) cut_beginning(sentence, name);
+  for (const std::string& folder : names.folders) {
+    replace_name(sentence, folder + "/", "");
+    if (folder.size() >= least) replace_name(sentence, folder, "its directory");
+  }
+  for (const std::string& file : names.files) {
+    cut_beginning(sentence, file);
+    if (file.size() >= least) replace_name(sentence, file, "a file");
   }
   return sentence;
 }
 
+struct Longer {
+  bool operator()(const std::string& a, const std::string& b) const {
+    return a.size() != b.size() ? a.size() > b.size() : a < b;
+  }
+};
+
 }  // namespace
 
+NamesOfSource names_of_source(const std::vector<std::string>& names, const std::vector<std::string>& files) {
+  namespace fs = std::filesystem;
+  std::set<std::string, Longer> folders, own;
+  std::set<fs::path> parents;
+  for (const std::string& file : files) {
+    own.insert(fs::path(file).filename().string());
+    parents.insert(fs::path(file).parent_path());
+  }
+  for (const fs::path& parent : parents) {
+    std::error_code error;
+    for (fs::path folder : {parent, fs::absolute(parent, error).lexically_normal()})
+      for (; folder.has_relative_path(); folder = folder.parent_path())
+        if (folder != "." && folder.filename() != "..") folders.insert(folder.string());
+  }
+  NamesOfSource found{names, {folders.begin(), folders.end()}, {own.begin(), own.end()}};
+  std::erase(found.names, "");
+  std::erase(found.files, "");
+  return found;
+}
+
 void add_doubts(const std::string& scale_doubt, const std::vector<std::string>& not_understood,
-                const std::vector<std::string>& names, Metadata& metadata) {
+                const NamesOfSource& names, Metadata& metadata) {
   KeyValues pairs;
   if (!scale_doubt.empty() && metadata.text_of(scale_doubt_key).empty())
     pairs.emplace_back(scale_doubt_key, without_names(scale_doubt, names));

@@ -45,10 +45,19 @@ double error_in_samples(double error, const Rescale& rescale);
 /// by "; ".
 inline constexpr std::string_view scale_doubt_key = "scale doubt", not_understood_key = "not understood";
 
-/// Records these doubts, if the description does not record any yet. `names` are those of the source that begin
-/// sentences: they are left out, since a file may be called otherwise later.
+/// What sentences on a source may call it.
+struct NamesOfSource {
+  std::vector<std::string> names;    ///< that begin sentences
+  std::vector<std::string> folders;  ///< of its files, and those above; the longest first
+  std::vector<std::string> files;    ///< without directories; the longest first
+};
+/// `names`: see NamesOfSource. `files`: paths.
+NamesOfSource names_of_source(const std::vector<std::string>& names, const std::vector<std::string>& files);
+
+/// Records these doubts, if the description does not record any yet. Names of the source are left out: files may be called
+/// otherwise later, and paths often name patients.
 void add_doubts(const std::string& scale_doubt, const std::vector<std::string>& not_understood,
-                const std::vector<std::string>& names, Metadata& metadata);
+                const NamesOfSource& names, Metadata& metadata);
 
 /// Why it is unknown how values follow from samples, according to the description; "" if it is known.
 std::string scale_doubt_in(const Metadata& metadata);

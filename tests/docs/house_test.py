@@ -17,7 +17,7 @@ MOST = {
     "files that name nrrd_fields": 1,
     "C++ files of the product": 802,
     "C++ files longer than 600 lines": 0,
-    "lines of the product in C++": 102000,
+    "lines of the product in C++": 102500,
 }
 
 

@@ -92,7 +92,8 @@ class Doubts(ReaderTest):
                 self.assertEqual(self.info("again.tag")["source"]["pairs"]["scale doubt"], doubt)
                 self.assert_refused(64, words, "encode", "b.nrrd", "-o", "again.tag", "-f", "--max-error", "2")
                 self.run_ok("encode", name, "-o", "stripped.tag", "-f", "--strip")
-                self.assertEqual(self.info("stripped.tag")["source"]["pairs"]["scale doubt"], doubt)
+                self.assertEqual(self.info("stripped.tag")["source"]["pairs"]["scale doubt"], "what values samples mean is in doubt")
+                self.assertIn("was encoded in doubt: ", self.run_ok("decode", "stripped.tag", "-o", "b.nrrd", "-f"))
 
     def test_what_needs_values_is_refused_and_works_with_samples(self):
         for name, words in self.sources_of_unknown_scale():

@@ -24,7 +24,7 @@
 
 namespace tagrid {
 
-TAGRID_MEMBERS(ManifestLine, number, name, input, is_relative, is_named, output, options)
+TAGRID_MEMBERS(ManifestLine, number, name, input, is_relative, output, mark, options)
 TAGRID_MEMBERS(RunOptions, threads, quiet, verbosity, progress, json, memory, spool)
 TAGRID_MEMBERS(ConversionOptions, output_dir, keys, overwrite, skip_done, trust_description, run)
 
@@ -200,6 +200,11 @@ void share_lines(Ranks& ranks, const ConversionOrder& order, ListMeter& meter, C
     const ManifestLine& line = order.lines[static_cast<std::size_t>(index)];
     LineRecord record(line, order.options.output_dir, known->next_sequence(line.output));
     meter.begin_volume(line.name);
+    if (keys) {
+      // Another run may have begun with another key file: nothing more is written.
+      known->read_more();
+      known->require_these_keys();
+    }
     try {
       known->read_more();  // other runs may be at the same outputs
       record.json["sequence"] = known->next_sequence(line.output);

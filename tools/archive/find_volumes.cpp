@@ -301,7 +301,8 @@ class Finder {
       // What is missing from the volume, although it may be; or which files it names.
       if (options.contains("gaps-ok") || options.contains("data-outside"))
         for (const std::string& warning : all_warnings(volume->facts())) text += "; " + warning;
-      lines_.give(path, options, text, subject_of(info.metadata), std::string(name_of(info.type)));
+      lines_.give(path, options, text, subject_of(info.metadata), std::string(name_of(info.type)),
+                  format.name == "dicom");
     } catch (const UsageError& error) {
       const std::vector<Choice>& choices = error.detail().choices;
       const std::string option = option_of(error);
@@ -374,7 +375,8 @@ class Finder {
     }
     for (std::size_t number = 1; number <= count; ++number)
       lines_.give(path, {{option, std::to_string(number)}},
-                  fmt::format("{}, volume {} of {}", text, number, count), subject, type);
+                  fmt::format("{}, volume {} of {}", text, number, count), subject, type,
+                  format.name == "dicom");
   }
 
   /// Notes the files of a volume. True if a DICOMDIR has listed it.

@@ -77,7 +77,7 @@ bool is_directory_of_dicom(const fs::path& path) {
 }
 
 void FoundLines::give(const fs::path& path, const OptionTexts& options, const std::string& text,
-                      const Subject& subject, const std::string& type) {
+                      const Subject& subject, const std::string& type, bool is_dicom) {
   ++volumes_;
   if (!fits_a_line(path, options))
     return use_({path, options, "",
@@ -88,8 +88,8 @@ void FoundLines::give(const fs::path& path, const OptionTexts& options, const st
       names_->name_of({.subject = subject,
                        .type = type,
                        .stem = (is_folder(place.string()) ? place.filename() : place.stem()).string(),
-                       .identity = identity_of(path.string(), options, subject.series)});
-  const auto [first, is_new] = named_.emplace(output, path.string());
+                       .identity = identity_of(path.string(), options, is_dicom ? subject.series : "")});
+  const auto [first, is_new] = named_.emplace(file_of(output), path.string());
   try {
     if (is_new && fits_a_line(output, {})) {
       output_called(output);

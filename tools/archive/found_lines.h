@@ -23,8 +23,9 @@ class FoundLines {
       : root_(std::move(root)), names_(names), use_(use) {}
 
   /// A volume that can be read with these options. `text` describes it, and `type` is that of its samples.
+  /// Other formats than DICOM may have the UID of a series, too, which then names no volume.
   void give(const std::filesystem::path& path, const OptionTexts& options, const std::string& text,
-            const Subject& subject, const std::string& type);
+            const Subject& subject, const std::string& type, bool is_dicom);
   /// The path looks like a volume and cannot be read. The same error is reported once.
   void give_broken(const std::filesystem::path& path, const OptionTexts& options, const Error& error);
   /// The number of volumes so far.

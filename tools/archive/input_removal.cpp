@@ -82,7 +82,7 @@ std::string lost_of_content(const TagBricks& file, const Format& format, Numbers
   if (const auto lost = losses(format, info); !lost.empty()) return lost.front();
   if (std::string lost = usual_losses(format, info); !lost.empty()) return lost;
   // losses() looks at the pairs of other formats one by one.
-  if (!format.keeps.header && !format.keeps.slices_are_alike && stripped(info.metadata) != info.metadata)
+  if (!format.keeps.header && !format.keeps.slices_are_alike && !has_only_needed(info.metadata))
     return fmt::format("{} files have no place for all of its comments and key/value pairs", format.name);
   return "";
 }

@@ -16,6 +16,7 @@
 #include "io/system/this_process.h"
 #include "io/text/text.h"
 #include "tools/archive/subject.h"
+#include "tools/report/damage.h"
 #include "tools/report/report.h"
 
 namespace tagrid {
@@ -24,7 +25,9 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr std::size_t digits_of_half = 32, digits_of_secret = 64;
+constexpr std::size_t digits_of_id = 8;
 constexpr const char* half_key = "keyed";
+constexpr const char* mark_of_key = "key";  // of a record in the archive: by which key file it is
 
 /// What a record says of its original, besides `input`, its files, and the subject.
 struct PrivateKey {
@@ -33,9 +36,10 @@ struct PrivateKey {
 };
 
 /// "error" is not null in the archive if there is one: whether a line failed is no secret.
-const std::array<PrivateKey, 4>& private_keys() {
-  static const std::array<PrivateKey, 4> keys = {{{"options", ordered_json::object()},
+const std::array<PrivateKey, 5>& private_keys() {
+  static const std::array<PrivateKey, 5> keys = {{{"options", ordered_json::object()},
                                                   {"error", nullptr},
+                                                  {"lossy_source", nullptr},
                                                   {"warnings", ordered_json::array()},
                                                   {"why_not_restorable", nullptr}}};
   return keys;
@@ -57,6 +61,22 @@ std::string digits_in(const ordered_json& text) {
   const auto& name = text.get_ref<const std::string&>();
   const auto digits = std::string_view(name).substr(std::min(name.size(), keyed_mark.size()));
   return name.starts_with(keyed_mark) && are_digits(digits, digits_of_half) ? std::string(digits) : "";
+}
+
+/// The text that a member of an object has; "" if it has another type, or is not there.
+std::string text_in(const ordered_json& json, const char* key) {
+  const auto found = json.find(key);
+  return found != json.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+/// True if there is a complete line, or more than a line of a key would need.
+bool has_line(const std::string& path) {
+  constexpr std::size_t most = 4096;
+  const auto status = status_of(path);
+  if (!status || !status->is_file() || status->size == 0) return false;
+  FileBytes file(path);
+  const std::string_view beginning = file.peek(most);
+  return beginning.size() == most || beginning.find('\n') != beginning.npos;
 }
 
 ordered_json names_of_files(const ordered_json& record) {
@@ -83,6 +103,8 @@ void require_outside(const std::string& option, const std::string& path, const s
 }
 
 KeyFile::KeyFile(const std::string& path, bool creates) : path_(path) {
+  if (const auto name = status_of_name(path_); name && name->is_link())
+    throw UsageError(path_ + ": is a link; give the key file itself (--keys)");
   if (creates) create();
   const auto status = status_of(path_);
   if (!status) throw world_error("cannot open", path_, ENOENT);
@@ -97,17 +119,19 @@ bool KeyFile::is_open_to_others() const {
   return status && (status->mode & 077) != 0;
 }
 
-/// A run that was killed here leaves an empty file or half a line, which the next one completes.
+/// A run that was killed here leaves an empty file or half a line, in whose place the next one makes a key.
 void KeyFile::create() {
-  const auto status = status_of(path_);
-  if (status && status->size > 0) return;
+  if (has_line(path_)) return;
   const OutputLock lock(path_);
+  if (const auto status = status_of(path_); status && (status->mode & 077) != 0 && !has_line(path_))
+    throw UsageError(path_ + ": has no key yet, and others can open it; remove it, or chmod 600 " +
+                     word_of_command(path_));
   {
     const Descriptor file = files().open(path_, {.write = true, .creates = true, .mode = 0600});
     if (file < 0) throw world_error("cannot create", path_, errno);
   }
+  if (has_line(path_)) return;  // another run was first
   LineFile lines(path_);
-  if (const auto now = status_of(path_); now && now->size > 0) return;  // another run was first
   std::array<unsigned char, digits_of_secret / 2> bytes = {};
   if (!fill_with_random(bytes)) throw world_error("cannot make a key for", path_, errno);
   lines.append(written_json({{"event", "key"}, {"secret", in_digits(bytes)}}));
@@ -123,9 +147,9 @@ void KeyFile::read_more() {
   for (std::string line; lines.next(line);) {
     const ordered_json json = ordered_json::parse(line, nullptr, false);
     if (!json.is_object()) continue;
-    if (secret_.empty() && json.value("event", "") == "key") {
-      if (const auto text = json.value("secret", ""); are_digits(text, digits_of_secret)) secret_ = text;
-    } else if (json.contains(half_key) && json[half_key].is_string()) {
+    if (secret_.empty() && text_in(json, "event") == "key") {
+      if (const auto text = text_in(json, "secret"); are_digits(text, digits_of_secret)) secret_ = text;
+    } else if (!text_in(json, half_key).empty()) {
       const std::uint64_t place = read_.bytes - line.size();
       places_[place] = line.size();
       by_digits_[json[half_key].get<std::string>()] = place;
@@ -152,7 +176,7 @@ std::optional<ordered_json> KeyFile::half_at(std::uint64_t place, std::size_t si
   if (place + size > file_->size()) return std::nullopt;
   file_->read_at(place, std::as_writable_bytes(std::span(line)));
   ordered_json half = ordered_json::parse(line, nullptr, false);
-  return half.is_object() && half.contains("output") && half.contains("input")
+  return half.is_object() && !text_in(half, "output").empty() && !text_in(half, "input").empty()
              ? std::optional(std::move(half))
              : std::nullopt;
 }
@@ -186,6 +210,7 @@ ordered_json KeyFile::sealed(ordered_json record) {
   if (!by_digits_.contains(digits)) read_more();
   if (!by_digits_.contains(digits)) append(digits, half);
   record["input"] = name;
+  record[mark_of_key] = id();
   for (const PrivateKey& key : private_keys())
     if (const auto found = record.find(key.name); found != record.end())
       *found = key.name == std::string_view("error") && !found->is_null() ? ordered_json(name) : key.instead;
@@ -194,8 +219,16 @@ ordered_json KeyFile::sealed(ordered_json record) {
   return record;
 }
 
+std::string KeyFile::id() const { return hash({"key"}, digits_of_id); }
+
+bool KeyFile::has_sealed(std::string_view line) const {
+  const ordered_json record = ordered_json::parse(line, nullptr, false);
+  return record.is_object() && text_in(record, mark_of_key) == id();
+}
+
 std::optional<std::string> KeyFile::opened(std::string_view line) {
   ordered_json record = ordered_json::parse(line, nullptr, false);
+  if (!record.is_object()) return std::nullopt;
   const std::string digits = digits_in(record.value("input", ordered_json()));
   const auto half = digits.empty() ? std::nullopt : half_called(digits);
   if (!half) return std::nullopt;
@@ -203,9 +236,13 @@ std::optional<std::string> KeyFile::opened(std::string_view line) {
   for (const PrivateKey& key : private_keys())
     if (const auto found = half->find(key.name); found != half->end()) record[key.name] = *found;
   if (const auto files = record.find("input_files"); files != record.end() && files->is_array()) {
-    const ordered_json names = half->value("input_files", ordered_json::array());
-    if (names.size() != files->size()) return std::nullopt;
-    for (std::size_t i = 0; i < files->size(); ++i) (*files)[i]["path"] = names[i].at("path");
+    const auto names = half->find("input_files");
+    if (names == half->end() || !names->is_array() || names->size() != files->size()) return std::nullopt;
+    for (std::size_t i = 0; i < files->size(); ++i) {
+      const std::string path = (*names)[i].is_object() ? text_in((*names)[i], "path") : "";
+      if (path.empty() || !(*files)[i].is_object()) return std::nullopt;
+      (*files)[i]["path"] = path;
+    }
   }
   ordered_json subject = ordered_json::object();
   for (const char* key : keys_of_subjects)

@@ -37,6 +37,8 @@ class KeyFile {
 
   /// A record without what names its original. That half is in this file when this returns, and durable. Throws WorldError.
   nlohmann::ordered_json sealed(nlohmann::ordered_json record);
+  /// True if the line of an archive says that it was made with this key.
+  bool has_sealed(std::string_view line) const;
   /// The whole record for a line of an archive, as text; nothing if this file does not have its half.
   std::optional<std::string> opened(std::string_view line);
 
@@ -50,6 +52,7 @@ class KeyFile {
 
  private:
   void create();
+  std::string id() const;
   void read_more();
   void append(const std::string& digits, const nlohmann::ordered_json& half);
   std::optional<nlohmann::ordered_json> half_at(std::uint64_t place, std::size_t size) const;

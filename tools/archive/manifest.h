@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/archive/key_file.h"
 #include "tools/options/encoding_options.h"
 
 namespace tagrid {
@@ -17,8 +18,8 @@ struct ManifestLine {
   std::string name;   ///< as the list has it: its path there, and which volume of that: "scan (series=2)"
   std::string input;  ///< absolute
   bool is_relative = false;  ///< it was listed as a relative path
-  bool is_named = false;     ///< a column names its output
   std::string output;        ///< its path below the directory of the outputs: STEM.tag, or as requested
+  std::string mark;          ///< that the output has its name from a key file; "": none
   OptionTexts options;       ///< those for all lines, overridden by those of this line
 };
 
@@ -37,9 +38,10 @@ std::string output_called(const std::string& name);
 /// True for a name that output_called() can give: a path below the directory of the outputs.
 bool is_possible_output(const std::string& name);
 
-/// Throws UsageError if a line has an output that is named after its input, or has no column for it: the archive must not
-/// have names of inputs.
-void require_keyed_output(const ManifestLine& line);
+/// What `--find` adds to a line, to show that a template without names gave the output this name. `output`: with .tag.
+std::string mark_of_output(const std::string& output, const KeyFile& keys);
+/// Throws UsageError if the line does not have the mark of its output: the archive must not have names of inputs.
+void require_keyed_output(const ManifestLine& line, const KeyFile& keys);
 
 /// The output that keeps the directories of `listed`, a path of the list: 2019/knee.tag for 2019/knee.nhdr,
 /// and 2019/1.2.3.tag for the folder 2019/1.2.3. Throws UsageError if the path is absolute or contains "..".

@@ -16,6 +16,26 @@ namespace {
 constexpr std::size_t digits_of_hash = 20;                     // of a million volumes, no two have the same
 constexpr std::size_t most_of_value = 64, most_of_step = 240;  // bytes
 
+/// A date, or nothing: some headers have other texts there, which may name a patient.
+std::string date_of(const std::string& text) {
+  const auto number = [&](std::size_t at, std::size_t digits) { return std::stoi(text.substr(at, digits)); };
+  constexpr std::string_view form = "0000-00-00";
+  const bool is_like = std::ranges::equal(
+      text, form, [](char c, char of_form) { return of_form == '0' ? is_digit(c) : c == of_form; });
+  const bool is_date =
+      is_like && number(5, 2) >= 1 && number(5, 2) <= 12 && number(8, 2) >= 1 && number(8, 2) <= 31;
+  return is_date ? text : "";
+}
+
+/// A code string of DICOM, or nothing.
+std::string code_of(const std::string& text) {
+  constexpr std::size_t most = 16;
+  const auto is_of_code = [](char c) {
+    return (c >= 'A' && c <= 'Z') || is_digit(c) || c == '_' || c == ' ';
+  };
+  return text.size() <= most && std::ranges::all_of(text, is_of_code) ? text : "";
+}
+
 struct Field {
   std::string_view name;
   bool is_identifying;
@@ -31,8 +51,8 @@ constexpr std::array<Field, 9> fields = {{
     {"study", true, [](const NamedVolume& volume) { return volume.subject.study; }},
     {"series", true, [](const NamedVolume& volume) { return volume.subject.series; }},
     {"stem", true, [](const NamedVolume& volume) { return volume.stem; }},
-    {"study_date", false, [](const NamedVolume& volume) { return volume.subject.study_date; }},
-    {"modality", false, [](const NamedVolume& volume) { return volume.subject.modality; }},
+    {"study_date", false, [](const NamedVolume& volume) { return date_of(volume.subject.study_date); }},
+    {"modality", false, [](const NamedVolume& volume) { return code_of(volume.subject.modality); }},
     {"type", false, [](const NamedVolume& volume) { return volume.type; }},
     {hash_field, false, [](const NamedVolume&) { return std::string(); }},
 }};

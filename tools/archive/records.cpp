@@ -128,8 +128,9 @@ void KnownOutputs::require_these_keys() const {
   if (keys_ != nullptr && plain_ > 0)
     throw usage_error("{}: has records with names of originals; with --keys, give a directory without these",
                       given_);
-  if (keys_ != nullptr && sealed_ > 0 && opened_ == 0)
-    throw usage_error("{}: is not the key file of {}, whose records name other keys", keys_->path(), given_);
+  if (keys_ != nullptr && !foreign_.empty())
+    throw usage_error("{}: is not the key file of {}, or not its only one: {} is of another key",
+                      keys_->path(), given_, foreign_);
 }
 
 void KnownOutputs::read_more() {
@@ -149,6 +150,8 @@ void KnownOutputs::read(const std::string& path) {
       if (is_keyed) {
         ++sealed_;
         if (keys_ != nullptr) {
+          if (foreign_.empty() && !keys_->has_sealed(line))
+            foreign_ = fmt::format("{}: line {}", path, files_[path].lines);
           auto opened = keys_->opened(line);
           // It may say anything of its output, as a line that cannot be read.
           if (!opened) {
@@ -156,7 +159,6 @@ void KnownOutputs::read(const std::string& path) {
                                               files_[path].lines, keys_->path()));
             continue;
           }
-          ++opened_;
           line = std::move(*opened);
         }
       }

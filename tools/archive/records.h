@@ -96,8 +96,8 @@ class KnownOutputs {
   void note(RecordLine record);
 
   KeyFile* keys_;
-  std::size_t plain_ = 0, sealed_ = 0,
-              opened_ = 0;                  ///< records: that name originals, that do not, by the key file
+  std::size_t plain_ = 0, sealed_ = 0;      ///< records: that name originals, and that do not
+  std::string foreign_;                     ///< the first one that is of another key file; "": none
   std::string given_;                       ///< the directory as the caller names it
   std::string folder_;                      ///< absolute
   std::map<std::string, LinesRead> files_;  ///< by path

@@ -118,18 +118,18 @@ struct ConvertCommand {
     if (is_regular_output(manifest)) require_outside("--manifest", manifest, options.output_dir);
     if (is_regular_output(options.run.json) && !options.run.json.empty())
       require_outside("--json", options.run.json, options.output_dir);
+    const KeyFile keys(options.keys);
+    warn_of_others(keys);
     bool has_headers = false;
     for (ManifestLine& line : lines) {
       try {
-        require_keyed_output(line);
+        require_keyed_output(line, keys);
       } catch (const UsageError& error) {
         throw usage_error("{}: {}", shown_input(manifest), error.what());
       }
       line.is_relative = false;  // paths in the key file do not depend on the archive
       has_headers = has_headers || !encoding_of(line.options, options.run).options.strip;
     }
-    const KeyFile keys(options.keys, !remove_verified);
-    warn_of_others(keys);
     if (has_headers && !remove_verified)
       warn(options.run,
            "--keys: outputs keep the headers of their volumes, with the names in them; --strip omits these");
@@ -207,6 +207,7 @@ struct ConvertCommand {
                    }
                    fmt::print("\toutput=");
                    print(volume.output);
+                   if (keys) fmt::print("\tmark={}", mark_of_output(output_called(volume.output), *keys));
                    fmt::print("\n");
                    std::fflush(stdout);
                  });

@@ -375,8 +375,12 @@ void keep_doubts(VolumeSource& volume, const std::string& path) {
   std::vector<std::string> not_understood = facts.not_understood;
   if (const std::string kept = metadata.text_of(not_understood_key); not_understood.empty() && !kept.empty())
     not_understood = {fmt::format("{}: {}", volume.name(), kept)};
-  add_doubts(facts.scale_doubt, facts.not_understood,
-             {path, fs::path(path).filename().string(), volume.files().back(), volume.name()}, metadata);
+  if (!facts.scale_doubt.empty() || !facts.not_understood.empty()) {
+    std::vector<std::string> files = volume.files();
+    files.push_back(path);
+    add_doubts(facts.scale_doubt, facts.not_understood,
+               names_of_source({path, files.front(), volume.name()}, files), metadata);
+  }
   volume.set_metadata(std::move(metadata));
   volume.set_doubts(std::move(scale_doubt), std::move(not_understood));
 }

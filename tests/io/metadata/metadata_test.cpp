@@ -82,9 +82,30 @@ TEST(MetadataTest, LinesEndWithALineFeed) {
 }
 
 TEST(MetadataTest, StrippedKeepsWhatSamplesNeed) {
+  EXPECT_EQ(
+      text_of(stripped(parse_metadata("# by hand\ncontent: x\nspacings: 1 1 "
+                                      "1\nwho:=me\nrescale_slope:=2\nvdb_grid:=a\nvdb_origin:=1 2 3\n"))),
+      "spacings: 1 1 1\nrescale_slope:=2\nvdb_origin:=1 2 3\n");
+}
+
+TEST(MetadataTest, StrippedKeepsNoTextOfAHeader) {
   EXPECT_EQ(text_of(stripped(parse_metadata(
-                "# by hand\ncontent: x\nspacings: 1 1 1\nwho:=me\nrescale_slope:=2\nvdb_grid:=a\n"))),
-            "spacings: 1 1 1\nrescale_slope:=2\nvdb_grid:=a\n");
+                "rescale_slope:=Zwiebel 2\nlossy source:=JPEG of Zwiebel\napplied_zwiebel:=1\n"
+                "scale doubt:=Zwiebel\nnot understood:=b/Zwiebel.edf; c\nvdb_grid:=Zwiebel\n"))),
+            "rescale_slope:=unknown\nlossy source:=an earlier compression\n"
+            "scale doubt:=what values samples mean is in doubt\n"
+            "not understood:=its reader did not understand all of it\n");
+}
+
+TEST(MetadataTest, DoubtsNameNoFile) {
+  const NamesOfSource names =
+      names_of_source({"data/Zwiebel/Knie"}, {"data/Zwiebel/Knie/a 1.edf", "data/Zwiebel/Knie/b.edf"});
+  Metadata metadata;
+  add_doubts("data/Zwiebel/Knie/b.edf: has no slope, unlike data/Zwiebel/Knie/a 1.edf in data/Zwiebel",
+             {"data/Zwiebel/Knie: b.edf is odd", "b.edf: grab.edf and data/Zwiebel/other.raw"}, names,
+             metadata);
+  EXPECT_EQ(metadata.text_of(scale_doubt_key), "has no slope, unlike a file in its directory");
+  EXPECT_EQ(metadata.text_of(not_understood_key), "a file is odd; grab.edf and other.raw");
 }
 
 RC_GTEST_PROP(MetadataTest, AnyTextComesBackOrIsRefused, ()) {

@@ -60,12 +60,13 @@ def write_dicom(folder, number, patient, date="20190506", slices=4):
         image.save_as(folder / f"bild-{i}.dcm", write_like_original=False)
 
 
-def write_nrrd(path, number, size=10, patient=""):
+def write_nrrd(path, number, size=10, patient="", pairs={}):
     path.parent.mkdir(parents=True, exist_ok=True)
     numbers = random.Random(number)
     samples = array.array("h", (numbers.randrange(-50, 50) for _ in range(size ** 3)))
     header = (f"NRRD0004\n# Geheimnis von Zwiebelfisch\ncontent: Zwiebelfisch\ntype: short\ndimension: 3\nsizes: {size} {size} {size}\n"
-              "encoding: raw\nendian: little\nkommentar:=Geheimnis\n" + (f"dicom_PatientName:={patient}\n" if patient else "") + "\n")
+              "encoding: raw\nendian: little\nkommentar:=Geheimnis\n" + (f"dicom_PatientName:={patient}\n" if patient else "") +
+              "".join(f"{key}:={value}\n" for key, value in pairs.items()) + "\n")
     path.write_bytes(header.encode() + samples.tobytes())
 
 
@@ -105,7 +106,14 @@ class Nameless(unittest.TestCase):
 
     def mark(self, output):
         """The column of a list that says that the output was named with the key."""
-        return ""
+        return f"\tmark={hmac.new(self.secret().encode(), f'output{chr(0)}{output}.tag{chr(0)}'.encode(), hashlib.sha256).hexdigest()[:16]}"
+
+    def secret(self):
+        keys = self.folder / "keys.jsonl"
+        if not keys.exists():
+            keys.touch(mode=0o600)
+            keys.write_text(json.dumps({"event": "key", "secret": "5e" * 32}) + "\n")
+        return json.loads(keys.read_text().splitlines()[0])["secret"]
 
     def outputs(self):
         return sorted(str(path.relative_to(self.folder / "archive")) for path in (self.folder / "archive").rglob("*.tag"))
@@ -151,10 +159,11 @@ class Nameless(unittest.TestCase):
         listed, said = self.find()
         lines = [line for line in listed.splitlines() if line and not line.startswith("#")]
         self.assertEqual(len(lines), len(PATIENTS) + 1, listed)
-        self.assertTrue(all(re.search(r"\toutput=(2019-05-06|unknown)/[0-9a-f]{20}$", line) for line in lines), listed)
+        self.assertTrue(all(re.search(r"\toutput=(2019-05-06|unknown)/[0-9a-f]{20}\tmark=[0-9a-f]{16}$", line) for line in lines), listed)
         # One that cannot be read is listed, too: what it says must not get into the records.
         with open(self.folder / "list.tsv", "a") as more:
-            more.write(f"{self.originals}/schublade/Krummhörn kaputt.nrrd\toutput=broken/1\n{self.originals}/Pewsum fehlt\toutput=broken/2\n")
+            more.write(f"{self.originals}/schublade/Krummhörn kaputt.nrrd\toutput=broken/1{self.mark('broken/1')}\n"
+                       f"{self.originals}/Pewsum fehlt\toutput=broken/2{self.mark('broken/2')}\n")
         said = self.convert(code=65)[1]
         self.assertIn("Krummhörn kaputt.nrrd", said)
         self.assertEqual(len(self.outputs()), len(PATIENTS) + 1)
@@ -250,7 +259,7 @@ class Nameless(unittest.TestCase):
         self.assertIn("1 volume not listed", said)
         # A list that somebody made has the same name twice.
         lines = [line for line in listed.splitlines() if "\toutput=" in line]
-        (self.folder / "list.tsv").write_text("\n".join(re.sub("output=.*", "output=x", line) for line in lines[:2]))
+        (self.folder / "list.tsv").write_text("\n".join(re.sub("output=.*", "output=x" + self.mark("x"), line) for line in lines[:2]))
         self.assertIn("would also be the output", self.convert(code=64)[1])
         self.assertFalse((self.folder / "archive").exists())
 
@@ -262,13 +271,18 @@ class Nameless(unittest.TestCase):
         self.convert()
         archive = self.folder / "archive"
         shutil.copy(self.folder / "list.tsv", archive / "list.tsv")
+        (self.folder / "others.tsv").write_text(self.run_tagrid("convert", "--find", "originale", "--keys", "others.jsonl")[0])
+        (self.folder / "link.jsonl").symlink_to("archive/new.jsonl")
+        self.assertIn("is a link", self.run_tagrid("convert", "--find", "originale", "--keys", "link.jsonl", code=64)[1])
         base = ["convert", "--output-dir", "archive", "--strip", "-q"]
         for words, advice in [(["--manifest", "list.tsv", "--keys", "archive/keys.jsonl"], "is inside of archive"),
                               (["--manifest", "list.tsv", "--keys", "archive/../archive/keys.jsonl"], "is inside of archive"),
                               (["--manifest", "archive/list.tsv", "--keys", "keys.jsonl"], "is inside of archive"),
                               (["--manifest", "list.tsv", "--keys", "keys.jsonl", "--json", "archive/report"], "is inside of archive"),
                               (["--manifest", "list.tsv", "--skip-done"], "give --keys FILE"),
-                              (["--manifest", "list.tsv", "--keys", "others.jsonl", "--skip-done"], "is not the key file of archive"),
+                              (["--manifest", "others.tsv", "--keys", "others.jsonl", "--skip-done"], "is not the key file of archive"),
+                              (["--manifest", "list.tsv", "--keys", "others.jsonl", "--skip-done"], "named after its input"),
+                              (["--manifest", "list.tsv", "--keys", "link.jsonl"], "is a link"),
                               (["--manifest", "list.tsv", "--keys", "list.tsv"], "is not a key file")]:
             self.assertIn(advice, self.run_tagrid(*base, *words, code=64)[1], words)
         (archive / "list.tsv").unlink()
@@ -279,11 +293,20 @@ class Nameless(unittest.TestCase):
         listed = self.run_tagrid("convert", "--find", "originale")[0]
         (self.folder / "names.tsv").write_text(listed)
         self.assertIn("named after its input", self.run_tagrid(*base, "--manifest", "names.tsv", "--keys", "keys.jsonl", code=64)[1])
+        listed = self.run_tagrid("convert", "--find", "originale", "--name", "{patient}/{modality}")[0]
+        (self.folder / "names.tsv").write_text(listed)
+        self.assertIn("named after its input", self.run_tagrid(*base, "--manifest", "names.tsv", "--keys", "keys.jsonl", code=64)[1])
+        # Outputs that were changed since, and marks of another key.
+        marked = (self.folder / "list.tsv").read_text()
+        (self.folder / "names.tsv").write_text(re.sub(r"output=", "output=Zwiebelfisch-", marked))
+        self.assertIn("named after its input", self.run_tagrid(*base, "--manifest", "names.tsv", "--keys", "keys.jsonl", code=64)[1])
         (self.folder / "names.tsv").write_text("originale/schublade/Zwiebelfisch Knie.nrrd\n")
-        self.assertIn("no column output=", self.run_tagrid(*base, "--manifest", "names.tsv", "--keys", "keys.jsonl", code=64)[1])
+        self.assertIn("named after its input", self.run_tagrid(*base, "--manifest", "names.tsv", "--keys", "keys.jsonl", code=64)[1])
+        self.assertIn("cannot open", self.run_tagrid(*base, "--manifest", "list.tsv", "--keys", "no.jsonl", code=74)[1])
+        self.assertFalse((self.folder / "no.jsonl").exists())
         self.assert_nameless()
         # An archive that has names already.
-        (self.folder / "names.tsv").write_text("originale/schublade/Zwiebelfisch Knie.nrrd\toutput=a\n")
+        (self.folder / "names.tsv").write_text(f"originale/schublade/Zwiebelfisch Knie.nrrd\toutput=a{self.mark('a')}\n")
         self.run_tagrid("convert", "--manifest", "names.tsv", "--output-dir", "other", "-q")
         self.assertIn("names of originals", self.run_tagrid("convert", "--manifest", "names.tsv", "--output-dir", "other", "--keys",
                                                             "keys.jsonl", "--skip-done", code=64)[1])
@@ -403,6 +426,97 @@ class Nameless(unittest.TestCase):
         self.assertIn("names another patient", self.run_tagrid("archive", "forget", "archive", "--keys", "keys.jsonl", "patient=Gamma",
                                                                "--yes", code=64)[1])
         self.assertEqual(self.outputs(), ["x.tag"])
+
+    def test_doubts_of_readers_name_no_file(self):
+        place = self.originals / "schublade" / "Krummhörn Zwiebelfisch"
+        place.mkdir(parents=True)
+        for i in range(3):
+            fields = "HeaderID = EH:000001:000000:000000 ;\nDataType = SignedShort ;\nDim_1 = 9 ;\nDim_2 = 7 ;\n"
+            (place / f"fach-{i}.edf").write_bytes(("{\n" + fields).encode().ljust(510) + b"}\n" + bytes(9 * 7 * 2))
+        self.find()
+        self.convert()
+        self.assertEqual(len(self.outputs()), 1)
+        pairs = json.loads(self.run_tagrid("info", "--json", self.folder / "archive" / self.outputs()[0])[0])["source"]["pairs"]
+        self.assertEqual(pairs.get("not understood"), "its reader did not understand all of it")
+        self.assert_nameless()
+        # Relative paths, and a file that keeps the sentence.
+        self.run_tagrid("encode", place.relative_to(self.folder), "-o", "a.tag", "-q")
+        pairs = json.loads(self.run_tagrid("info", "--json", "a.tag")[0])["source"]["pairs"]
+        self.assertIn("byte order", pairs["not understood"])
+        self.assertEqual(self.names_in(pairs["not understood"]), [])
+
+    def test_free_texts_are_no_part_of_a_name(self):
+        for i, (date, modality, named) in enumerate([("20190506", "CT", "2019-05-06/CT"), ("2019-05-06", "MR 2_A", "2019-05-06/MR 2_A"),
+                                                     ("Zwiebelfisch", "CT", "unknown/CT"), ("20191506", "Zwiebelfisch", "unknown/unknown"),
+                                                     ("2019050", "A" * 17, "unknown/unknown"), ("2019/05/06", "Ct", "unknown/unknown")]):
+            write_nrrd(self.originals / f"{i}.nrrd", i, pairs={"dicom_StudyDate": date, "dicom_Modality": modality})
+            listed = self.find("{study_date}/{modality}/{hash}")[0]
+            self.assertRegex(listed, rf"\toutput={named}/[0-9a-f]{{20}}\t", date)
+            (self.originals / f"{i}.nrrd").unlink()
+
+    def test_volumes_of_other_formats_are_not_named_after_a_series(self):
+        for i in range(2):
+            write_nrrd(self.originals / f"{i}.nrrd", i, pairs={"dicom_SeriesInstanceUID": "1.2.3"})
+        self.assertEqual(len(set(re.findall(r"\toutput=(\S+)", self.find("{hash}")[0]))), 2)
+
+    def test_names_that_differ_in_the_extension_alone_are_one_name(self):
+        for name in ("a", "a.tag"):
+            write_nrrd(self.originals / f"{name}.nrrd", len(name))
+        listed = self.run_tagrid("convert", "--find", "originale", "--name", "{stem}", code=65)[0]
+        self.assertEqual(len(re.findall(r"\toutput=", listed)), 1, listed)
+        (self.folder / "list.tsv").write_text(listed)
+        self.run_tagrid("convert", "--manifest", "list.tsv", "--output-dir", "archive", "-q")
+
+    # Key files.
+
+    def test_half_a_key_is_made_again(self):
+        keys = self.folder / "keys.jsonl"
+        self.make_originals(1)
+        for beginning in ("", '{"event":"key","sec', '{"event":"key","secret":"' + "ab" * 32 + '"}'):
+            keys.touch(mode=0o600)
+            keys.write_text(beginning)
+            self.find()
+            self.assertRegex(keys.read_text(), r'^{"event":"key","secret":"[0-9a-f]{64}"}\n$')
+        self.convert()
+        keys.write_text("")
+        keys.chmod(0o666)
+        self.assertIn("others can open it", self.run_tagrid("convert", "--find", "originale", "--keys", "keys.jsonl", code=64)[1])
+        self.assertEqual(keys.read_text(), "")
+
+    def test_a_key_file_with_other_types_is_refused_or_passed_over(self):
+        keys = self.folder / "keys.jsonl"
+        self.make_originals(2)
+        for line in ('{"event":"key","secret":7}', '{"event":["key"],"secret":"x"}', '{"event":"key"}', '[1]', '"x"', '{"event":null}'):
+            keys.write_text(line + "\n")
+            self.assertIn("is not a key file", self.run_tagrid("convert", "--find", "originale", "--keys", "keys.jsonl", code=64)[1])
+        keys.unlink()
+        self.find()
+        self.convert()
+        whole = keys.read_text()
+        for change in ({"output": 7}, {"input": None}, {"input_files": 7}, {"input_files": [7]}, {"input_files": [{"path": 1}] * 4},
+                       {"keyed": 7}, {"options": [1]}, {"error": 7}, {"warnings": 7}, {"patient": {}}):
+            first, *halves = whole.splitlines()
+            keys.write_text("\n".join([first, *(json.dumps(json.loads(half) | change) for half in halves)]) + "\n")
+            self.run_tagrid("archive", "list", "archive", "--keys", "keys.jsonl")
+            done = subprocess.run([PROGRAM, "convert", "--manifest", "list.tsv", "--output-dir", "archive", "--keys", "keys.jsonl", "--strip",
+                                   "--skip-done", "-q"], cwd=self.folder, capture_output=True)
+            self.assertIn(done.returncode, (0, 65), (change, done.stderr))
+
+    def test_an_archive_of_two_keys_is_not_continued(self):
+        self.make_originals(3)
+        self.find()
+        listed = self.run_tagrid("convert", "--find", "originale", "--name", "{study_date}/{hash}", "--keys", "others.jsonl")[0]
+        (self.folder / "others.tsv").write_text(listed)
+        self.convert()
+        # As two runs leave it that began at once.
+        self.run_tagrid("convert", "--output-dir", "other", "--strip", "-q", "--manifest", "others.tsv", "--keys", "others.jsonl")
+        shutil.copy(self.folder / "other" / "results.jsonl", self.folder / "archive" / "results-1-of-2.jsonl")
+        before = digests(self.folder / "archive")
+        for name, keys in (("list", "keys"), ("others", "others")):
+            for more in ("--skip-done", "-f", "--remove-verified"):
+                self.assertIn("is of another key", self.run_tagrid("convert", "--output-dir", "archive", "--strip", "-q", "--manifest",
+                                                                   f"{name}.tsv", "--keys", f"{keys}.jsonl", more, code=64)[1])
+        self.assertEqual(digests(self.folder / "archive"), before)
 
     def test_originals_are_removed_moved_and_restored(self):
         self.make_originals(4)
