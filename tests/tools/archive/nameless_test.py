@@ -403,7 +403,7 @@ class Nameless(unittest.TestCase):
         find = ["archive", "find", "archive", "--keys", "keys.jsonl", "--print0"]
         self.assertEqual(self.run_tagrid(*find, "patient=Beta")[0], "")
         self.assertIn("2019/x.tag", self.run_tagrid(*find, "patient=Alpha")[0])
-        self.run_tagrid("archive", "forget", "archive", "--keys", "keys.jsonl", "patient=Beta", "--yes")
+        self.run_tagrid("archive", "forget", "archive", "--keys", "keys.jsonl", "patient=Beta", "--yes", code=64)
         self.assertEqual(self.outputs(), ["2019/x.tag"])
         self.run_tagrid("restore", "--records", "archive", "--keys", "keys.jsonl", "-q")
         self.assertTrue((self.folder / "a.nrrd").exists())
