@@ -177,7 +177,8 @@ class Lost(ReaderTest):
                     self.assertIn("lossy source: " + before + said, other_reader_of(name), name)
             self.ok("encode", "a.nrrd", "-o", "a.tag", "-f", "--range", "auto", "--max-error", "5", "--strip")
             self.decode("b.nrrd")
-            self.assertEqual(self.loss_of("b.nrrd"), before + said)
+            # A header may say anything, names of patients, too.
+            self.assertEqual(self.loss_of("b.nrrd"), ("an earlier compression; " if before else "") + said)
         # Bounds are in values, and each loss adds to those before.
         self.encode("rescale_slope:=2.5\nrescale_intercept:=-3\n")
         self.ok("encode", "a.nrrd", "-o", "a.tag", "-f", "--range", "auto", "--max-error", "5")

@@ -135,6 +135,16 @@ void Catalogue::note_keys(KeyFile& keys) {
     failure.run(name, keyed, text("error"));
   });
   changes.commit();
+  // Whoever asks for a patient must not hear that there is none because this is another key file.
+  Statement rest = database_->prepare(
+      "SELECT count(*) FILTER (WHERE input LIKE 'keyed:%'), count(*) FROM volumes WHERE input <> ''");
+  if (!rest.begin().next() || rest.integer(0) == 0) return;
+  if (rest.integer(0) == rest.integer(1))
+    throw UsageError(
+        fmt::format("{}: is not the key file of {}, whose records name other keys", keys.path(), folder_));
+  remarks_.push_back(
+      fmt::format("{}: has no names for {} of the {} volumes in {}; nobody finds them by these", keys.path(),
+                  rest.integer(0), rest.integer(1), folder_));
 }
 
 Query Catalogue::query_of(const std::vector<std::string>& words) const {

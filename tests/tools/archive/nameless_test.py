@@ -497,7 +497,8 @@ class Nameless(unittest.TestCase):
                        {"keyed": 7}, {"options": [1]}, {"error": 7}, {"warnings": 7}, {"patient": {}}):
             first, *halves = whole.splitlines()
             keys.write_text("\n".join([first, *(json.dumps(json.loads(half) | change) for half in halves)]) + "\n")
-            self.run_tagrid("archive", "list", "archive", "--keys", "keys.jsonl")
+            listed = subprocess.run([PROGRAM, "archive", "list", "archive", "--keys", "keys.jsonl"], cwd=self.folder, capture_output=True)
+            self.assertIn(listed.returncode, (0, 64), (change, listed.stderr))
             done = subprocess.run([PROGRAM, "convert", "--manifest", "list.tsv", "--output-dir", "archive", "--keys", "keys.jsonl", "--strip",
                                    "--skip-done", "-q"], cwd=self.folder, capture_output=True)
             self.assertIn(done.returncode, (0, 65), (change, done.stderr))
@@ -517,6 +518,15 @@ class Nameless(unittest.TestCase):
                 self.assertIn("is of another key", self.run_tagrid("convert", "--output-dir", "archive", "--strip", "-q", "--manifest",
                                                                    f"{name}.tsv", "--keys", f"{keys}.jsonl", more, code=64)[1])
         self.assertEqual(digests(self.folder / "archive"), before)
+
+    def test_another_key_file_does_not_answer_that_there_is_nobody(self):
+        self.make_originals(3)
+        self.find()
+        self.convert()
+        self.run_tagrid("convert", "--find", "originale", "--keys", "others.jsonl")
+        for command in (("list", "archive"), ("find", "archive", "patient=*"), ("forget", "archive", "patient=*", "--yes")):
+            said = self.run_tagrid("archive", *command, "--keys", "others.jsonl", code=64)[1]
+            self.assertIn("others.jsonl: has no names for any volume in archive", said)
 
     def test_originals_are_removed_moved_and_restored(self):
         self.make_originals(4)
