@@ -140,8 +140,8 @@ void Catalogue::note_keys(KeyFile& keys) {
       "SELECT count(*) FILTER (WHERE input LIKE 'keyed:%'), count(*) FROM volumes WHERE input <> ''");
   if (!rest.begin().next() || rest.integer(0) == 0) return;
   if (rest.integer(0) == rest.integer(1))
-    throw UsageError(
-        fmt::format("{}: is not the key file of {}, whose records name other keys", keys.path(), folder_));
+    throw UsageError(fmt::format("{}: has no names for any volume in {}; it is another key file, or damaged",
+                                 keys.path(), folder_));
   remarks_.push_back(
       fmt::format("{}: has no names for {} of the {} volumes in {}; nobody finds them by these", keys.path(),
                   rest.integer(0), rest.integer(1), folder_));
