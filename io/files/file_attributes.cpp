@@ -112,15 +112,15 @@ std::string UnchangedFiles::touched() const {
   return "";
 }
 
-bool UnchangedFiles::is_same(const FileStatus& now, const FileStatus& was) {
-  return now.number == was.number && now.size == was.size && now.modified == was.modified;
+bool is_untouched(const std::string& path, const FileStatus& was) {
+  const auto now = status_of(path);
+  return now && now->is_same_file(was) && now->size == was.size && now->modified == was.modified &&
+         now->changed == was.changed;
 }
 
 bool UnchangedFiles::are_untouched() const {
-  return std::ranges::all_of(files_, [](const Known& known) {
-    const auto now = status_of(known.path);
-    return now && is_same(*now, known.status) && now->changed == known.status.changed;
-  });
+  return std::ranges::all_of(files_,
+                             [](const Known& known) { return is_untouched(known.path, known.status); });
 }
 
 std::int64_t UnchangedFiles::last_change() const {
@@ -132,7 +132,8 @@ std::int64_t UnchangedFiles::last_change() const {
 void UnchangedFiles::require() const {
   for (const auto& [path, was] : files_) {
     const auto now = status_of(path);
-    if (!now || !is_same(*now, was)) throw BrokenInput(path + ": was changed while it was being read");
+    if (!now || now->number != was.number || now->size != was.size || now->modified != was.modified)
+      throw BrokenInput(path + ": was changed while it was being read");
   }
 }
 

@@ -53,6 +53,13 @@ bool is_regular_output(const std::string& path);
 /// whatever their names. "-" stands for the standard streams.
 void refuse_same_file(const std::string& input, const std::string& output);
 
+/// A file that was changed less than so many seconds before somebody looked at it may change again without getting other
+/// times: these have steps, and clocks of file servers may be slow.
+inline constexpr std::int64_t doubt_of_times = 3;
+
+/// True if it is still this file, and has not changed, not even its time of a change (ctime). Throws WorldError.
+bool is_untouched(const std::string& path, const FileStatus& was);
+
 /// Files that must not change while they are read: their sizes, times and inodes.
 class UnchangedFiles {
  public:
@@ -71,7 +78,7 @@ class UnchangedFiles {
   /// The first file that was written, linked or given other rights since, although its size, time and inode
   /// are the same: a program may have set its time back. Returns "" if no file was touched.
   std::string touched() const;
-  /// True if none has changed, not even its time of a change (ctime).
+  /// True if is_untouched() is, for all of them.
   bool are_untouched() const;
   /// When the last one of them was changed or touched, in seconds since 1970; 0 if there are none.
   std::int64_t last_change() const;
@@ -81,8 +88,6 @@ class UnchangedFiles {
     std::string path;
     FileStatus status;
   };
-  static bool is_same(const FileStatus& now, const FileStatus& was);
-
   std::vector<Known> files_;
 };
 

@@ -50,8 +50,8 @@ struct HeldByName {
 /// One process at a time holds the file; see HeldFile. Failures are WorldErrors.
 class LineFile {
  public:
-  /// Opens the file, or creates it, so that its name is durable. Anything after the last '\n', half a line of a killed run, is cut off.
-  /// Throws HeldByAnother if another process holds it.
+  /// Opens the file, or creates it, so that its name is durable. Anything after the last '\n', half a line of a killed run,
+  /// is cut off. Throws HeldByAnother if another process holds it.
   explicit LineFile(const std::string& path);
 
   /// Appends `line` and '\n': all of it, or nothing on failure. REQUIRES: no '\n' in `line`.

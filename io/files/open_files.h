@@ -13,9 +13,8 @@
 namespace tagrid {
 
 /// The files of a volume. They stay open, unless this process has too many open files already: then a file is opened
-/// whenever it is read.
-/// A file that gets another name, or whose name another file gets, is still read: see UnchangedFiles. Several
-/// threads may use it.
+/// whenever it is read. A file that gets another name, or whose name another file gets, is still read: see
+/// UnchangedFiles. Several threads may use it.
 class OpenFiles {
  public:
   explicit OpenFiles(std::vector<std::string> paths);

@@ -408,12 +408,10 @@ std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceD
 }
 
 std::shared_ptr<const KnownVolume> known_volume(const VolumeSource& volume, std::time_t opened) {
-  // Times of files have steps, and clocks of file servers may be slow.
-  constexpr std::int64_t doubt = 3;  // s
   const SourceFacts& facts = volume.facts();
   if (!facts.opened || facts.places.empty() || facts.opened->paths() != facts.files) return nullptr;
   UnchangedFiles files(facts.files);
-  if (files.last_change() + doubt > opened) return nullptr;
+  if (files.last_change() + doubt_of_times >= opened) return nullptr;
   return std::make_shared<const KnownVolume>(KnownVolume{facts, std::move(files)});
 }
 

@@ -5,6 +5,7 @@
 #include <ctime>
 #include <filesystem>
 
+#include "io/files/file_attributes.h"
 #include "io/files/slice_files.h"
 
 namespace tagrid {
@@ -21,9 +22,7 @@ struct Kept {
 } kept;
 
 bool is_as_before(const std::string& path, const std::optional<FileStatus>& was) {
-  const auto now = status_of(path);
-  return now && was && now->is_same_file(*was) && now->size == was->size && now->modified == was->modified &&
-         now->changed == was->changed;
+  return was && is_untouched(path, *was);
 }
 
 /// How all files are now on which the images at a path depend. The times of a directory show which names it has.
@@ -41,9 +40,9 @@ Seen seen_at(const std::string& path, const ImageFiles& files) {
 
 /// True if no file was changed so shortly before `begin` that a later change may have the same time.
 bool are_settled(const Seen& seen, std::time_t begin) {
-  constexpr std::int64_t doubt = 3;  // s: times of files have steps, and clocks of file servers may be slow
-  return std::ranges::all_of(
-      seen, [&](const auto& file) { return file.second && file.second->changed.seconds + doubt < begin; });
+  return std::ranges::all_of(seen, [&](const auto& file) {
+    return file.second && file.second->changed.seconds + doubt_of_times < begin;
+  });
 }
 
 }  // namespace
