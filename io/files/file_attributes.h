@@ -53,8 +53,8 @@ bool is_regular_output(const std::string& path);
 /// whatever their names. "-" stands for the standard streams.
 void refuse_same_file(const std::string& input, const std::string& output);
 
-/// A file that was changed less than so many seconds before somebody looked at it may change again without getting other
-/// times: these have steps, and clocks of file servers may be slow.
+/// A file that was changed less than so many seconds before somebody looked at it may change again without getting
+/// other times: these have steps, and clocks of file servers may be slow.
 inline constexpr std::int64_t doubt_of_times = 3;
 
 /// True if it is still this file, and has not changed, not even its time of a change (ctime). Throws WorldError.

@@ -50,16 +50,16 @@ struct HeldByName {
 /// One process at a time holds the file; see HeldFile. Failures are WorldErrors.
 class LineFile {
  public:
-  /// Opens the file, or creates it, so that its name is durable. Anything after the last '\n', half a line of a killed run,
-  /// is cut off. Throws HeldByAnother if another process holds it.
+  /// Opens the file, or creates it, so that its name is durable. Anything after the last '\n', half a line of a killed
+  /// run, is cut off. Throws HeldByAnother if another process holds it.
   explicit LineFile(const std::string& path);
 
   /// Appends `line` and '\n': all of it, or nothing on failure. REQUIRES: no '\n' in `line`.
   void append(std::string_view line);
   /// The same for many lines, which become durable together.
   void append(std::span<const std::string> lines);
-  /// The same, but a power failure may take the line until sync(). If that fails, all lines since the last one are taken
-  /// back.
+  /// The same, but a power failure may take the line until sync(). If that fails, all lines since the last one are
+  /// taken back.
   void append_later(std::string_view line);
   void sync();
   const std::string& name() const { return name_; }

@@ -54,8 +54,8 @@ struct NamesOfSource {
 /// `names`: see NamesOfSource. `files`: paths.
 NamesOfSource names_of_source(const std::vector<std::string>& names, const std::vector<std::string>& files);
 
-/// Records these doubts, if the description does not record any yet. Names of the source are left out: files may be called
-/// otherwise later, and paths often name patients.
+/// Records these doubts, if the description does not record any yet. Names of the source are left out: files may be
+/// called otherwise later, and paths often name patients.
 void add_doubts(const std::string& scale_doubt, const std::vector<std::string>& not_understood,
                 const NamesOfSource& names, Metadata& metadata);
 

@@ -17,7 +17,8 @@ namespace tagrid {
 /// info.dims.z slices, and the numbers of their files exist.
 std::unique_ptr<VolumeSource> placed_samples(SourceFacts facts, std::vector<SliceRun> runs);
 
-/// A volume of placed_samples() once more, by its facts; the files are shared and not looked at. REQUIRES: facts.opened.
+/// A volume of placed_samples() once more, by its facts; the files are shared and not looked at. REQUIRES:
+/// facts.opened.
 std::unique_ptr<VolumeSource> placed_samples_again(const SourceFacts& facts);
 
 /// Opens part i of a volume: a source of some of its slices.

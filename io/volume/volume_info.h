@@ -79,8 +79,8 @@ struct SourceDescription {
   std::string dataset;  ///< The path of the data set in a file of many; "" if it is clear which one is meant.
   /// Bytes of memory that a reader program may take while it describes the volume.
   std::uint64_t reader_memory = most_first_memory;
-  /// What is known of this very volume, if it was opened a moment ago: opening it need not describe it again, unless its
-  /// files have changed since. See known_volume().
+  /// What is known of this very volume, if it was opened a moment ago: opening it need not describe it again, unless
+  /// its files have changed since. See known_volume().
   std::shared_ptr<const KnownVolume> known = nullptr;
 };
 

@@ -177,8 +177,8 @@ class Finder {
     return kept;
   }
 
-  /// True if the files state one size, or cannot be read, which is reported when they are opened. Formats of pictures are
-  /// recognized by first bytes that also have the size and the type of samples.
+  /// True if the files state one size, or cannot be read, which is reported when they are opened. Formats of pictures
+  /// are recognized by first bytes that also have the size and the type of samples.
   static bool are_of_one_size(const std::vector<std::string>& paths, const Format& format) {
     std::set<std::string> sizes;
     try {

@@ -1,5 +1,5 @@
-// The file of --keys: what an archive without names must not say. It is outside of the archive. It has a secret key, with
-// which volumes are named, and for every record of the archive the half that names its original.
+// The file of --keys: what an archive without names must not say. It is outside of the archive. It has a secret key,
+// with which volumes are named, and for every record of the archive the half that names its original.
 #pragma once
 
 #include <cstddef>
@@ -20,8 +20,8 @@ namespace tagrid {
 /// True if the line of a record refers to a key file.
 bool is_sealed(std::string_view line);
 
-/// The file has lines of JSON: first {"event": "key", "secret": ...}, then halves of records: {"keyed": DIGITS, "output":
-/// ..., "input": ..., "patient": ...}. The last half of an output is the newest. Several runs may add to it.
+/// The file has lines of JSON: first {"event": "key", "secret": ...}, then halves of records: {"keyed": DIGITS,
+/// "output": ..., "input": ..., "patient": ...}. The last half of an output is the newest. Several runs may add to it.
 class KeyFile {
  public:
   /// Opens the file. If it does not exist and this `creates` it, only its owner may read it. Throws WorldError, and
@@ -35,7 +35,8 @@ class KeyFile {
   /// HMAC-SHA-256 of texts, none of which has a zero byte: the first `digits` of 64 hexadecimal ones.
   std::string hash(std::initializer_list<std::string_view> texts, std::size_t digits) const;
 
-  /// A record without what names its original. That half is in this file when this returns, and durable. Throws WorldError.
+  /// A record without what names its original. That half is in this file when this returns, and durable. Throws
+  /// WorldError.
   nlohmann::ordered_json sealed(nlohmann::ordered_json record);
   /// True if the line of an archive says that it was made with this key.
   bool has_sealed(std::string_view line) const;

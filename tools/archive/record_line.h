@@ -27,14 +27,16 @@ struct InputFile {
 /// The absolute path of a directory of outputs without links, to which relative paths in its records are relative.
 std::string canonical_folder(const std::string& folder);
 
-/// The input of a record in an archive without names: this, and the 32 digits of its half in the key file; see key_file.h.
-/// The files of the input are KEYED/0, KEYED/1 ...
+/// The input of a record in an archive without names: this, and the 32 digits of its half in the key file; see
+/// key_file.h. The files of the input are KEYED/0, KEYED/1 ...
 inline constexpr std::string_view keyed_mark = "keyed:";
 
-/// With a key file, the member of a record in memory that says whom its output shows; lines of an archive never have it.
+/// With a key file, the member of a record in memory that says whom its output shows; lines of an archive never have
+/// it.
 inline constexpr const char* subject_key = "subject";
 
-/// The name of a file in records whose paths are relative to `base` ("": absolute), and the path for such a name; a key stays as it is.
+/// The name of a file in records whose paths are relative to `base` ("": absolute), and the path for such a name; a key
+/// stays as it is.
 std::string name_in_records(const std::string& path, const std::string& base);
 std::string path_in_records(const std::string& name, const std::string& base);
 
@@ -81,11 +83,13 @@ struct RecordLine {
   std::string failure() const;
 };
 
-/// "ok", "damaged" or "removed": the status in records of such an output; and the state for such a status, `ok` for others.
+/// "ok", "damaged" or "removed": the status in records of such an output; and the state for such a status, `ok` for
+/// others.
 const char* name_of(archive::Record state);
 archive::Record record_named(std::string_view status);
 
-/// Reads a line; paths in it are relative to `folder`, a canonical_folder(). Throws nlohmann::json::exception if it is not a record.
+/// Reads a line; paths in it are relative to `folder`, a canonical_folder(). Throws nlohmann::json::exception if it is
+/// not a record.
 RecordLine parse_record_line(std::string_view line, const std::string& folder);
 
 /// Whether a record describes the output instead of the newest one so far. In one file, the later line is the newer
@@ -102,8 +106,8 @@ struct LinesRead {
 /// run wrote of a record.
 class NewLines {
  public:
-  /// `read` is moved on with each line. `with_rest`: what follows the last end of a line is a line, too. Throws WorldError,
-  /// and UsageError if it is not a regular file.
+  /// `read` is moved on with each line. `with_rest`: what follows the last end of a line is a line, too. Throws
+  /// WorldError, and UsageError if it is not a regular file.
   NewLines(const std::string& path, LinesRead& read, bool with_rest = false);
   /// Reads the next line, with its end. A line that is too long for a record is left empty. Returns false after the
   /// last one.

@@ -76,8 +76,8 @@ class KnownOutputs {
   std::uint64_t next_sequence(const std::string& output) const;
   /// Why the last run that was to encode it failed; "" if it did not, or if the output was found good since.
   std::string last_failure(const std::string& output) const;
-  /// Throws UsageError if records name their originals and there is a key file, or the other way round, or if it is the key
-  /// file of another archive.
+  /// Throws UsageError if records name their originals and there is a key file, or the other way round, or if it is the
+  /// key file of another archive.
   void require_these_keys() const;
   /// How many files of records the directory has.
   std::size_t files() const { return files_.size(); }

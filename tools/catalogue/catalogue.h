@@ -1,5 +1,5 @@
-// The catalogue of an archive: what its records and its .tag files say, in an index that is brought up to date before it
-// is asked. Records and files are the truth. The index, an SQLite file beside them, can be removed at any time.
+// The catalogue of an archive: what its records and its .tag files say, in an index that is brought up to date before
+// it is asked. Records and files are the truth. The index, an SQLite file beside them, can be removed at any time.
 #pragma once
 
 #include <cstdint>
@@ -42,8 +42,8 @@ struct CatalogueEntry {
 class Catalogue {
  public:
   /// Opens the index of the archive in `folder`, and brings it up to date. If the index is broken, it is made again. If
-  /// it cannot be written, as on a read-only copy, a temporary one takes its place. `threads` read files. `keys`: with this
-  /// key file, unless it is null, a temporary index also has the names that the archive lacks. Throws WorldError.
+  /// it cannot be written, as on a read-only copy, a temporary one takes its place. `threads` read files. `keys`: with
+  /// this key file, unless it is null, a temporary index also has the names that the archive lacks. Throws WorldError.
   Catalogue(const std::string& folder, int threads, KeyFile* keys = nullptr);
 
   /// Sentences for users on what is not in order: lines that are not records, and what became of the index.

@@ -26,8 +26,8 @@ struct Checked {
   bool is_repairable = false;  ///< its parity can bring it back
 };
 
-/// Reads all of an output: its size, all checksums in it, that of its record, and its parity. `decodes`: also decodes it.
-/// `run` limits memory. What is wrong is in the result; the status is "unknown" if the file cannot be read. Throws
+/// Reads all of an output: its size, all checksums in it, that of its record, and its parity. `decodes`: also decodes
+/// it. `run` limits memory. What is wrong is in the result; the status is "unknown" if the file cannot be read. Throws
 /// MemoryLimit.
 Checked check_output(const std::string& path, const CatalogueEntry& entry, bool decodes,
                      const RunOptions& run);

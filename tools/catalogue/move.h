@@ -13,8 +13,8 @@ struct Moved {
 };
 
 /// In all records of an archive, replaces the directory `from` of originals by `to`. Both are absolute; `from` need not
-/// exist any more. Names that were relative stay relative. `keys`: a key file that is changed with them; "": none. Throws HeldByAnother if a run adds to the records, and
-/// WorldError.
+/// exist any more. Names that were relative stay relative. `keys`: a key file that is changed with them; "": none.
+/// Throws HeldByAnother if a run adds to the records, and WorldError.
 Moved move_originals(const std::string& folder, const std::string& from, const std::string& to,
                      const std::string& keys);
 

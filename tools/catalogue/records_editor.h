@@ -20,14 +20,14 @@ enum class Edit { keep, drop, change };
 /// Holds all files of records and events of an archive, so that no run adds to them meanwhile.
 class RecordsEditor {
  public:
-  /// Removes what a killed editor left beside them. Throws HeldByAnother if a run has one of them, UsageError if one is a
-  /// link, and WorldError.
-  /// `keys`: the path of a key file whose halves of these records are edited like them; "": none.
+  /// Removes what a killed editor left beside them. Throws HeldByAnother if a run has one of them, UsageError if one is
+  /// a link, and WorldError. `keys`: the path of a key file whose halves of these records are edited like them; "":
+  /// none.
   explicit RecordsEditor(const std::string& folder, const std::string& keys = "");
 
-  /// Calls edit(json) for each record and event of an output: it returns what becomes of the line, and has changed `json`
-  /// if that is Edit::change. The new files are complete after this, but get their names by commit(). Returns the lines
-  /// that cannot be read, which stay: "results.jsonl: line 3".
+  /// Calls edit(json) for each record and event of an output: it returns what becomes of the line, and has changed
+  /// `json` if that is Edit::change. The new files are complete after this, but get their names by commit(). Returns
+  /// the lines that cannot be read, which stay: "results.jsonl: line 3".
   template <class Change>
   std::vector<std::string> prepare(Change edit) {
     std::vector<std::string> unknown;

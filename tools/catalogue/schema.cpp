@@ -6,9 +6,9 @@ namespace {
 /// Of an index: "TAGR". No other database is taken for one.
 constexpr std::int64_t application = 1413564242;
 
-/// A row has what is there (from `bytes` on), what its newest record says (from `sequence` on), what the last attempt to
-/// encode it gave, and what the last check found. A check counts until the output has another size or a newer record. Long texts have a table of their own: whoever reads many rows does not
-/// pass over them.
+/// A row has what is there (from `bytes` on), what its newest record says (from `sequence` on), what the last attempt
+/// to encode it gave, and what the last check found. A check counts until the output has another size or a newer
+/// record. Long texts have a table of their own: whoever reads many rows does not pass over them.
 constexpr const char* schema = R"(
 PRAGMA application_id = 1413564242;
 CREATE TABLE volumes (

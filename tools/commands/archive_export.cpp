@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Calls take(path of the output, its name without .tag) for volumes that are wanted. One that fails is reported, and the
-/// next one follows. Throws BrokenInput if one failed. `done`: "restored".
+/// Calls take(path of the output, its name without .tag) for volumes that are wanted. One that fails is reported, and
+/// the next one follows. Throws BrokenInput if one failed. `done`: "restored".
 template <class Take>
 void take_out(const ArchiveCommand& command, const char* name, const char* done, const Take& take) {
   const Catalogue catalogue = command.opened();

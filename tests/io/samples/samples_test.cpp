@@ -20,8 +20,8 @@ class Placed : public TemporaryFolder {
   static VolumeInfo info(Index3 dims, SampleType type) { return {dims, type}; }
 };
 
-/// A volume whose slices lie in several files, with gaps, in either byte order, also with gaps between rows and from the
-/// bottom up.
+/// A volume whose slices lie in several files, with gaps, in either byte order, also with gaps between rows and from
+/// the bottom up.
 TEST_F(Placed, AnyRowsAreWhatLiesThere) {
   std::mt19937_64 random(1);
   const auto below = [&](std::uint64_t n) { return static_cast<std::int64_t>(random() % n); };

@@ -1,6 +1,6 @@
-// A thousand tasks on one list, as arrays of a cluster start them: of different numbers of shards, encoding and removing
-// originals at once, on machines whose clocks are hours apart, some started twice, some killed at any call on a file and
-// started again. The files are in memory, and tasks take turns at these calls as a seed decides.
+// A thousand tasks on one list, as arrays of a cluster start them: of different numbers of shards, encoding and
+// removing originals at once, on machines whose clocks are hours apart, some started twice, some killed at any call on
+// a file and started again. The files are in memory, and tasks take turns at these calls as a seed decides.
 #include <dlfcn.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
