@@ -13,11 +13,9 @@ Square square_of(Index3 center, int axis, std::int64_t side) {
   return {middle + u + w, middle - u + w, middle - u - w, middle + u - w};
 }
 
-Interface::Interface(const InterpolatedSamples& field, const Materials& materials,
-                     const PointMaterials& point_materials, const LatticeBits& active,
+Interface::Interface(const MaterialField& field, const PointMaterials& materials, const LatticeBits& active,
                      const MaterialLattice& lattice, const Box& box)
     : field_(&field),
-      materials_(&materials),
       active_(&active),
       lattice_(lattice),
       inside_{{1, 1, 1}, lattice.last - Index3{1, 1, 1}},
@@ -26,7 +24,7 @@ Interface::Interface(const InterpolatedSamples& field, const Materials& material
       snapped_(points_.count(), not_snapped),
       way_(points_.count(), entire_way),
       cuts_(points_.count() * edges_of_point, no_cut) {
-  for_each_bcc_point(box, [&](Index3 p) { material_[points_.number(p)] = point_materials.at(p); });
+  for_each_bcc_point(box, [&](Index3 p) { material_[points_.number(p)] = materials.at(p); });
   const Box centers{box.low + Index3{1, 1, 1}, box.high - Index3{1, 1, 1}};
   for_each_bcc_point(box, [&](Index3 p) { find_cuts(p); });
   for_each_bcc_point(box, [&](Index3 p) { snap(p); });
@@ -36,27 +34,18 @@ Interface::Interface(const InterpolatedSamples& field, const Materials& material
 }
 
 void Interface::find_cuts(Index3 p) {
-  const std::uint8_t material = material_[points_.number(p)];
+  const Material material = material_[points_.number(p)];
   for (int edge = 0; edge < edges_of_point; ++edge) {
     const Index3 q = p + edge_directions[static_cast<std::size_t>(edge)];
     if (points_.box().contains(q) && material_[points_.number(q)] != material) find_cut(p, edge);
   }
 }
 
-// The last position from p on that is on the side of p, by bisection: the same steps in every brick.
 void Interface::find_cut(Index3 p, int edge) {
-  constexpr std::int64_t scale = parts_per_point / cut_parts;
   const Index3 direction = edge_directions[static_cast<std::size_t>(edge)];
-  const std::uint8_t a = material(p), b = material(p + direction);
-  const float threshold = materials_->between(a, b);
-  std::int32_t low = 0, high = cut_parts;
-  while (high - low > 1) {
-    const std::int32_t middle = (low + high) / 2;
-    const bool is_above = field_->at(parts_per_point * p + scale * middle * direction) >= threshold;
-    (is_above == (a > b) ? low : high) = middle;
-  }
+  const std::int32_t cut = field_->find_cut(p, direction, material(p), material(p + direction));
   cuts_[points_.number(p) * edges_of_point + static_cast<std::size_t>(edge)] =
-      static_cast<std::uint16_t>(std::min(low, cut_parts - 2));
+      static_cast<std::uint16_t>(std::min(cut, cut_parts - 2));
 }
 
 // True if both points are in a plane where the lattice ends.

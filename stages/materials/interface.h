@@ -12,13 +12,11 @@
 #include <vector>
 
 #include "stages/materials/bcc_lattice.h"
-#include "stages/materials/interpolated_samples.h"
+#include "stages/materials/material_field.h"
 #include "stages/materials/material_lattice.h"
 
 namespace tagrid {
 
-/// Cuts count in these parts of an edge.
-inline constexpr std::int32_t cut_parts = 65536;
 /// An end is snapped if a cut is nearer than this: 0.412 of a short edge and 0.25 of a long one, and 0.4 of a long edge
 /// in a plane where the lattice ends. Those of pyramids need it, see docs/decisions/0065-mesh-with-materials.md.
 constexpr std::int32_t snap_limit(int length_class, bool is_in_end) {
@@ -43,16 +41,15 @@ class Interface {
  public:
   /// The cuts and vertices in a box of points. `active`: see activity_of_materials(). `field` must stay.
   /// REQUIRES: `materials` has the points of the box.
-  Interface(const InterpolatedSamples& field, const Materials& materials,
-            const PointMaterials& point_materials, const LatticeBits& active, const MaterialLattice& lattice,
-            const Box& box);
+  Interface(const MaterialField& field, const PointMaterials& materials, const LatticeBits& active,
+            const MaterialLattice& lattice, const Box& box);
 
   /// The heap that the interface in a box takes.
   static std::uint64_t working_bytes(const Box& box) {
-    return BccBox(box).count() * (3 + edges_of_point * sizeof(std::uint16_t));
+    return BccBox(box).count() * (4 + edges_of_point * sizeof(std::uint16_t));
   }
 
-  std::uint8_t material(Index3 p) const { return material_[points_.number(p)]; }
+  Material material(Index3 p) const { return material_[points_.number(p)]; }
   bool is_snapped(Index3 p) const { return snapped_[points_.number(p)] != not_snapped; }
   /// True if the edge between two points has a cut that is a vertex.
   bool is_cut(Index3 p, Index3 q) const {
@@ -66,7 +63,7 @@ class Interface {
   /// In parts of the lattice.
   Index3 position(const MeshVertex& vertex) const;
   /// The material at a position.
-  std::uint8_t material_at(Index3 position) const { return materials_->of(field_->at(position)); }
+  Material material_at(Index3 position) const { return field_->at(position); }
   /// True if a cube of the lattice is bisected at its center. Cubes far from the brick, of which that is not known,
   /// are not.
   bool is_marked(Index3 center) const {
@@ -98,13 +95,12 @@ class Interface {
     of_point = std::min(of_point, way);
   }
 
-  const InterpolatedSamples* field_;
-  const Materials* materials_;
+  const MaterialField* field_;
   const LatticeBits* active_;
   MaterialLattice lattice_;
   Box inside_;     ///< the centers of the lattice
   BccBox points_;  ///< the next ones are by its numbers
-  std::vector<std::uint8_t> material_;
+  std::vector<Material> material_;
   std::vector<std::uint8_t> snapped_;  ///< 2 * edge, + 1 if the point is the upper end
   std::vector<std::uint8_t> way_;      ///< in quarters
   std::vector<std::uint16_t> cuts_;    ///< edges_of_point for each point, from the lower end

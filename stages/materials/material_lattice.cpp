@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 
 #include "stages/criterion/subdivide.h"
 #include "stages/grid/lattice.h"
@@ -9,25 +10,19 @@
 namespace tagrid {
 namespace {
 
-// The points of one parity: rows along x, whose positions between samples are found once.
-void add_materials(const InterpolatedSamples& field, const Materials& materials, const Box& box,
-                   PointMaterials& result) {
-  std::vector<InterpolatedSamples::Along> xs;
-  for (std::int64_t x = box.low.x; x <= box.high.x; x += 2) xs.push_back(field.along(0, x * parts_per_point));
+// The points of one parity, in rows along x.
+void add_materials(const MaterialField& field, const Box& box, PointMaterials& result) {
   for (std::int64_t z = box.low.z; z <= box.high.z; z += 2)
     for (std::int64_t y = box.low.y; y <= box.high.y; y += 2) {
-      const auto along_y = field.along(1, y * parts_per_point), along_z = field.along(2, z * parts_per_point);
-      std::size_t number = result.points.number({box.low.x, y, z});
-      for (const auto& x : xs) {
-        result.numbers[number] = materials.of(field.at(x, along_y, along_z));
-        number += 2;
-      }
+      const Index3 first{box.low.x, y, z};
+      const auto row = static_cast<std::size_t>(box.high.x - box.low.x + 1);
+      field.find_materials(first, std::span(result.numbers).subspan(result.points.number(first), row));
     }
 }
 
 // True if the center or a corner of a cube has another material.
 bool has_several(const PointMaterials& materials, Index3 center) {
-  const std::uint8_t material = materials.at(center);
+  const Material material = materials.at(center);
   for (int corner = 0; corner < 8; ++corner)
     if (materials.at(center + Index3{corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1}) !=
         material)
@@ -51,13 +46,12 @@ void mark_end(const MaterialLattice& lattice, int axis, LatticeBits& marks) {
 
 }  // namespace
 
-PointMaterials materials_of_points(const InterpolatedSamples& field, const Materials& materials,
-                                   const Box& box) {
+PointMaterials materials_of_points(const MaterialField& field, const Box& box) {
   PointMaterials result{BccBox(box), {}};
   result.numbers.resize(result.points.count());
-  add_materials(field, materials, box, result);
+  add_materials(field, box, result);
   const Box centers{box.low + Index3{1, 1, 1}, box.high - Index3{1, 1, 1}};
-  if (!centers.empty()) add_materials(field, materials, centers, result);
+  if (!centers.empty()) add_materials(field, centers, result);
   return result;
 }
 

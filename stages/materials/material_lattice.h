@@ -11,7 +11,7 @@
 #include "stages/grid/brick_grid.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/materials/bcc_lattice.h"
-#include "stages/materials/interpolated_samples.h"
+#include "stages/materials/material_field.h"
 
 namespace tagrid {
 
@@ -38,14 +38,13 @@ struct MaterialLattice {
 /// The materials of the points in a box.
 struct PointMaterials {
   BccBox points;
-  std::vector<std::uint8_t> numbers;  ///< by BccBox::number()
+  std::vector<Material> numbers;  ///< by BccBox::number()
 
-  std::uint8_t at(Index3 p) const { return numbers[points.number(p)]; }
+  Material at(Index3 p) const { return numbers[points.number(p)]; }
 };
 
-/// REQUIRES: the corners of the box are even; the samples of all its points, and around them, are there.
-PointMaterials materials_of_points(const InterpolatedSamples& field, const Materials& materials,
-                                   const Box& box);
+/// REQUIRES: the corners of the box are even; the samples around all its points are there.
+PointMaterials materials_of_points(const MaterialField& field, const Box& box);
 
 /// The active points of region(closed_box), from the materials of the points of the region in the lattice. Those in
 /// `closed_box`, and the centers of cubes in its surroundings, are the same for every box.

@@ -18,11 +18,9 @@ double badness_of(const Interface& interface, const MaterialTetrahedron& t) {
 
 std::uint64_t working_bytes_of_material_mesh(const MaterialLattice& lattice, const Box& closed_box) {
   const Box region = lattice.region(closed_box), of_points = intersection(region, lattice.box());
-  // The positions of a row between samples are in a vector that grows.
-  const auto row = static_cast<std::uint64_t>(3 * of_points.size().x) * sizeof(InterpolatedSamples::Along);
-  return BccBox(of_points).count() + LatticeBits::working_bytes(region.size()) +
-         std::max({row, working_bytes_of_closure(region.size()),
-                   Interface::working_bytes(lattice.surroundings(closed_box))});
+  return BccBox(of_points).count() * sizeof(Material) + LatticeBits::working_bytes(region.size()) +
+         std::max(working_bytes_of_closure(region.size()),
+                  Interface::working_bytes(lattice.surroundings(closed_box)));
 }
 
 }  // namespace tagrid

@@ -18,7 +18,7 @@ namespace tagrid {
 /// A tetrahedron of one material; its vertices are in positive order.
 struct MaterialTetrahedron {
   std::array<MeshVertex, 4> vertices;
-  std::uint8_t material = 0;
+  Material material = 0;
   /// True if its corners were four points of the lattice, all of them snapped.
   bool all_snapped = false;
 };

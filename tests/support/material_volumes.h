@@ -17,7 +17,7 @@ struct MaterialVolume {
   Index3 dims;
   std::array<double, 3> spacing{1, 1, 1};
   double edge = 2;  ///< H, in units of the spacing
-  Materials materials{{0.5F}};
+  std::vector<float> thresholds{0.5F};
   int cube_size = 16;
   std::vector<float> values;
 
@@ -29,11 +29,12 @@ struct MaterialVolume {
                                                 static_cast<double>(p.z) * spacing[2])));
     });
   }
-  InterpolatedSamples field() const {
-    InterpolatedSamples f{{Box::of_size(dims), values.data()}, dims, {}};
-    for (std::size_t a = 0; a < 3; ++a) f.step[a] = edge / 2 / spacing[a];
-    return f;
+  SamplePlaces places() const {
+    SamplePlaces p{dims, {}};
+    for (std::size_t a = 0; a < 3; ++a) p.step[a] = edge / 2 / spacing[a];
+    return p;
   }
+  ValueField field() const { return {{Box::of_size(dims), values.data()}, places(), thresholds}; }
   MaterialLattice lattice() const {
     MaterialLattice l;
     l.cube_size = cube_size;
@@ -50,7 +51,7 @@ struct MaterialVolume {
 struct MaterialMesh {
   struct Tetrahedron {
     std::array<std::int64_t, 4> vertices;
-    std::uint8_t material;
+    Material material;
     bool all_snapped;
     friend auto operator<=>(const Tetrahedron&, const Tetrahedron&) = default;
   };
@@ -62,7 +63,7 @@ struct MaterialMesh {
 };
 
 inline MaterialMesh mesh_of(const MaterialVolume& volume, int bricks_edge = 1000) {
-  const InterpolatedSamples field = volume.field();
+  const ValueField field = volume.field();
   const MaterialLattice lattice = volume.lattice();
   const BrickGrid bricks{lattice.domain(), bricks_edge};
   const BccBox all(lattice.box());
@@ -70,9 +71,9 @@ inline MaterialMesh mesh_of(const MaterialVolume& volume, int bricks_edge = 1000
   for (std::int64_t b = 0; b < bricks.count(); ++b) {
     const Box closed = bricks.closed_box(bricks.position(b));
     const PointMaterials points =
-        materials_of_points(field, volume.materials, intersection(lattice.region(closed), lattice.box()));
+        materials_of_points(field, intersection(lattice.region(closed), lattice.box()));
     const LatticeBits active = activity_of_materials(points, lattice, closed);
-    const Interface interface(field, volume.materials, points, active, lattice, lattice.surroundings(closed));
+    const Interface interface(field, points, active, lattice, lattice.surroundings(closed));
     for_each_material_tetrahedron(interface, active, lattice, closed, [&](const MaterialTetrahedron& t) {
       MaterialMesh::Tetrahedron& out = mesh.tetrahedra.emplace_back();
       for (std::size_t i = 0; i < 4; ++i) {

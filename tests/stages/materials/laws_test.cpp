@@ -119,7 +119,7 @@ double distance(double x, double y, double z) { return std::sqrt(x * x + y * y +
 MaterialVolume sphere(double edge) {
   MaterialVolume v{{41, 39, 37}};
   v.edge = edge;
-  v.materials = {{0}};
+  v.thresholds = {0};
   v.fill([](double x, double y, double z) { return 12 - distance(x - 19.3, y - 18.9, z - 17.7); });
   return v;
 }
@@ -144,7 +144,7 @@ TEST(MaterialMeshLaws, TheInterfaceIsWhereTheValueIs) {
     if (sides.size() < 2 || sides[0] == sides[1]) continue;
     for (const std::int64_t v : face) {
       const Index3 p = mesh.positions.at(v);
-      EXPECT_NEAR(volume.field().at(p), 0, 1e-3) << p.x << ' ' << p.y << ' ' << p.z;
+      EXPECT_NEAR(volume.field().value_at(p), 0, 1e-3) << p.x << ' ' << p.y << ' ' << p.z;
       ++checked;
     }
   }
@@ -153,7 +153,7 @@ TEST(MaterialMeshLaws, TheInterfaceIsWhereTheValueIs) {
 
 TEST(MaterialMeshLaws, Torus) {
   MaterialVolume volume{{49, 49, 25}};
-  volume.materials = {{0}};
+  volume.thresholds = {0};
   volume.fill([](double x, double y, double z) {
     const double around = std::sqrt((x - 24) * (x - 24) + (y - 24) * (y - 24)) - 14;
     return 5 - std::sqrt(around * around + (z - 12) * (z - 12));
@@ -163,7 +163,7 @@ TEST(MaterialMeshLaws, Torus) {
 
 TEST(MaterialMeshLaws, ThickSlices) {
   MaterialVolume volume{{41, 41, 17}, {1, 1, 2.5}};
-  volume.materials = {{0}};
+  volume.thresholds = {0};
   volume.fill([](double x, double y, double z) { return 14 - distance(x - 20, y - 20, z - 20); });
   const Findings found = check(volume);
   EXPECT_EQ(found.euler_number, 2);
@@ -173,7 +173,7 @@ TEST(MaterialMeshLaws, ThickSlices) {
 MaterialVolume noise(Index3 dims, double edge, std::vector<float> thresholds, unsigned seed) {
   MaterialVolume volume{dims};
   volume.edge = edge;
-  volume.materials = {std::move(thresholds)};
+  volume.thresholds = std::move(thresholds);
   std::mt19937 random(seed);
   volume.fill([&](double, double, double) { return random() % 65536 / 65536.0; });
   return volume;
@@ -195,7 +195,7 @@ TEST(MaterialMeshLaws, Checkerboard) {
   volume.fill([](double x, double y, double z) { return static_cast<int>(x + y + z) % 2; });
   check(volume);
   // All cubes' centers are at the threshold exactly.
-  volume.materials = {{0.5F, 1}};
+  volume.thresholds = {0.5F, 1};
   check(volume);
 }
 
@@ -203,7 +203,7 @@ TEST(MaterialMeshLaws, PlateausAtTheThreshold) {
   for (const double edge : {1.0, 2.0}) {
     MaterialVolume volume{{25, 25, 25}};
     volume.edge = edge;
-    volume.materials = {{2, 3}};
+    volume.thresholds = {2, 3};
     volume.fill([](double x, double y, double z) {
       return std::floor(x / 5) + (static_cast<int>(y) % 7 == 3) - (static_cast<int>(z) % 5 == 0);
     });

@@ -13,7 +13,7 @@ TEST(MaterialMeshWorkingBytes, OfEachBrickAreWhatItTakes) {
   MaterialVolume volume{{75, 60, 66}};
   volume.edge = 1.5;
   volume.fill([](double x, double y, double z) { return x + y > z + 40 ? 1 : 0; });
-  const InterpolatedSamples field = volume.field();
+  const ValueField field = volume.field();
   for (const int cube_size : {4, 8, 32}) {
     volume.cube_size = cube_size;
     const MaterialLattice lattice = volume.lattice();
@@ -24,10 +24,9 @@ TEST(MaterialMeshWorkingBytes, OfEachBrickAreWhatItTakes) {
       const HeapPeak peak;
       {
         const PointMaterials points =
-            materials_of_points(field, volume.materials, intersection(lattice.region(closed), lattice.box()));
+            materials_of_points(field, intersection(lattice.region(closed), lattice.box()));
         const LatticeBits active = activity_of_materials(points, lattice, closed);
-        const Interface interface(field, volume.materials, points, active, lattice,
-                                  lattice.surroundings(closed));
+        const Interface interface(field, points, active, lattice, lattice.surroundings(closed));
         for_each_material_tetrahedron(interface, active, lattice, closed,
                                       [&](const MaterialTetrahedron&) { ++tetrahedra; });
       }

@@ -1,0 +1,146 @@
+#include "pipeline/materials/material_mesh.h"
+
+#include <oneapi/tbb/parallel_pipeline.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "io/errors/errors.h"
+#include "io/metadata/foreign_geometry.h"
+#include "io/metadata/lengths.h"
+#include "pipeline/materials/sample_window.h"
+#include "pipeline/materials/settings.h"
+#include "pipeline/reading/read_region.h"
+#include "pipeline/threads/threads.h"
+#include "stages/materials/material_mesh.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::int64_t points_of_brick = 64;  // along an edge, if root cubes are not larger
+constexpr std::size_t bytes_for_edges = std::size_t{256} << 20;
+
+BrickGrid bricks_of(const MaterialLattice& lattice) {
+  return {lattice.domain(), static_cast<int>(std::max<std::int64_t>(1, points_of_brick / lattice.cube_size))};
+}
+
+// The bricks of a layer that may have tetrahedra, and the samples that they need.
+struct Layer {
+  std::vector<Box> bricks;
+  Box samples{{0, 0, 0}, {-1, -1, -1}};
+
+  void add(const Box& closed, const Box& needed) {
+    bricks.push_back(closed);
+    if (samples.empty()) samples = needed;
+    for (int axis = 0; axis < 3; ++axis) {
+      samples.low[axis] = std::min(samples.low[axis], needed.low[axis]);
+      samples.high[axis] = std::max(samples.high[axis], needed.high[axis]);
+    }
+  }
+};
+
+Box samples_for(const MaterialMeshJob& job, const Box& closed_box) {
+  const MaterialLattice& lattice = job.settings.lattice;
+  return job.places.around(intersection(lattice.region(closed_box), lattice.box()), job.reach());
+}
+
+std::vector<Layer> layers_of(const MaterialMeshJob& job) {
+  const BrickGrid bricks = bricks_of(job.settings.lattice);
+  std::vector<Layer> layers(static_cast<std::size_t>(bricks.bricks(2)));
+  for (std::int64_t b = 0; b < bricks.count(); ++b) {
+    const Index3 position = bricks.position(b);
+    const Box closed = bricks.closed_box(position);
+    if (may_meet_region(job.settings, closed))
+      layers[static_cast<std::size_t>(position.z)].add(closed, samples_for(job, closed));
+  }
+  return layers;
+}
+
+BrickMesh mesh_of(const MaterialMeshJob& job, const SampleWindow& window, const Box& closed_box) {
+  const Box box = samples_for(job, closed_box);
+  if (job.label_smoothing) {
+    const std::vector<Material> labels = window.values<Material>(box);
+    return mesh_of_brick(LabelField({box, labels.data()}, job.places, *job.label_smoothing), job.settings,
+                         closed_box);
+  }
+  const std::vector<float> values = window.values<float>(box);
+  return mesh_of_brick(ValueField({box, values.data()}, job.places, job.thresholds), job.settings,
+                       closed_box);
+}
+
+// Bricks are made by all threads, and put together in order.
+void add_layer(const MaterialMeshJob& job, const SampleWindow& window, const Layer& layer, int threads,
+               MeshAssembler& assembler) {
+  using oneapi::tbb::filter_mode;
+  std::size_t next = 0;
+  const auto number_of_brick = [&](oneapi::tbb::flow_control& control) -> std::size_t {
+    if (next == layer.bricks.size()) control.stop();
+    return next++;
+  };
+  const auto make = [&](std::size_t number) {
+    return std::make_shared<const BrickMesh>(mesh_of(job, window, layer.bricks[number]));
+  };
+  const auto add = [&](const std::shared_ptr<const BrickMesh>& brick) { assembler.add(*brick); };
+  oneapi::tbb::parallel_pipeline(
+      static_cast<std::size_t>(2 * threads),
+      oneapi::tbb::make_filter<void, std::size_t>(filter_mode::serial_in_order, number_of_brick) &
+          oneapi::tbb::make_filter<std::size_t, std::shared_ptr<const BrickMesh>>(filter_mode::parallel,
+                                                                                  make) &
+          oneapi::tbb::make_filter<std::shared_ptr<const BrickMesh>, void>(filter_mode::serial_in_order,
+                                                                           add));
+}
+
+MaterialMesh empty_mesh(const TagBricks& file, const MaterialMeshJob& job, const std::string& path) {
+  const Geometry geometry = in_one_unit(file.header().metadata.geometry());
+  return {job.settings.order,
+          {short_name_of_space(geometry.space), {}, job.fine},
+          job.unit,
+          {},
+          {},
+          SpoolFile::beside(path),
+          SpoolFile::beside(path),
+          SpoolFile::beside(path),
+          SpoolFile::beside(path)};
+}
+
+// What is kept but has no tetrahedra.
+void warn_of_missing(const MaterialMeshJob& job, MaterialMeshResult& result, bool are_all_named) {
+  if (!are_all_named) return;
+  for (const auto& [material, name] : job.names.names) {
+    if (!job.settings.keeps(material)) continue;
+    const auto is_it = [&](const MaterialElements& m) { return m.name == name && m.count > 0; };
+    if (std::none_of(result.mesh.materials.begin(), result.mesh.materials.end(), is_it))
+      result.warnings.push_back(fmt::format("no tetrahedron is of {}", name));
+  }
+}
+
+}  // namespace
+
+MaterialMeshResult make_material_mesh(const TagBricks& file, const MaterialMeshOptions& options,
+                                      const std::string& path, const Resources& resources,
+                                      const Progress& progress) {
+  const MaterialMeshJob job = settle_material_mesh(file, options);
+  const std::vector<Layer> layers = layers_of(job);
+  Layer all;
+  for (const Layer& layer : layers)
+    if (!layer.bricks.empty()) all.add({}, layer.samples);
+  const int thread_count = resources.threads;
+  MeshAssembler assembler(job.settings, path);
+  SampleWindow window(file, job.numbers, all.samples, thread_count, progress);
+  Threads threads(thread_count);
+  for (const Layer& layer : layers) {
+    if (layer.bricks.empty()) continue;
+    window.move_to(layer.samples.low.z, layer.samples.high.z);
+    threads.run([&] { add_layer(job, window, layer, threads.count(), assembler); });
+    assembler.end_layer(layer.bricks.front().high.z);
+  }
+  MaterialMeshResult result{empty_mesh(file, job, path), {}, job.fine, job.coarse, {}};
+  result.quality = assembler.finish(job.names, options.parts, result.mesh);
+  count_touching_edges(result.mesh, result.quality, bytes_for_edges);
+  warn_of_missing(job, result, !options.labels || !options.labels->names.empty());
+  return result;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,206 @@
+#include "pipeline/materials/settings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "io/errors/errors.h"
+#include "io/metadata/lengths.h"
+#include "pipeline/reading/read_region.h"
+
+namespace tagrid {
+namespace {
+
+constexpr int smallest_cube = 4, largest_cube = 128;  // edges of root cubes, in points of the lattice
+constexpr Material no_label = 0;
+
+double in_units_of(const MeshLength& wanted, const CommonUnit& unit, const char* what) {
+  if (!(wanted.length > 0) || !std::isfinite(wanted.length))
+    throw UsageError(fmt::format("size: {} must be greater than 0", what));
+  if (wanted.unit.empty()) return wanted.length;
+  const auto from = length_unit(wanted.unit);
+  if (!from) throw UsageError(fmt::format("size: '{}' is not a unit of length", wanted.unit));
+  const auto to = length_unit(unit.name);
+  if (!unit.is_known || !to)
+    throw UsageError(
+        fmt::format("size: the file does not state its unit of length; give sizes without '{}', in the units "
+                    "of its spacing",
+                    wanted.unit));
+  return converted(wanted.length, *from, *to);
+}
+
+void settle_lattice(const TagBricks& file, const MaterialMeshOptions& options, MaterialMeshJob& job) {
+  const Metadata& metadata = file.header().metadata;
+  const Geometry geometry = in_one_unit(metadata.geometry());
+  const CommonUnit unit = common_unit(geometry);
+  job.unit = unit.name;
+  const Index3 dims = file.parameters().dims;
+  std::array<std::array<double, 3>, 3> steps{};  // from sample to sample
+  std::array<double, 3> spacing{};
+  job.settings.origin = to_world(geometry, Index3{0, 0, 0});
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::array<double, 3> next = to_world(geometry, unit_vector(axis));
+    const auto a = static_cast<std::size_t>(axis);
+    for (std::size_t i = 0; i < 3; ++i) steps[a][i] = next[i] - job.settings.origin[i];
+    spacing[a] = std::hypot(steps[a][0], steps[a][1], steps[a][2]);
+    if (!(spacing[a] > 0) || !std::isfinite(spacing[a]))
+      throw UsageError(fmt::format("{}: the distance of samples along {} is not a number above 0",
+                                   file.name(), "xyz"[axis]));
+  }
+  const double smallest = *std::min_element(spacing.begin(), spacing.end());
+  job.fine = options.fine ? in_units_of(*options.fine, unit, "the finest edge") : 2 * smallest;
+  job.coarse = options.coarse ? in_units_of(*options.coarse, unit, "the coarsest edge") : 8 * job.fine;
+  if (job.coarse < job.fine) throw UsageError("size: the coarsest edge must not be less than the finest one");
+  int cube = smallest_cube;
+  while (cube < largest_cube && cube * job.fine * (1 - 1e-12) <= job.coarse) cube *= 2;
+  job.settings.lattice.cube_size = cube;
+  job.coarse = cube / 2 * job.fine;
+  job.places.dims = dims;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const double cubes =
+        std::floor(static_cast<double>(dims[axis] - 1) * spacing[a] / job.fine * (1 + 1e-12));
+    if (!(cubes >= 1))
+      throw UsageError(
+          fmt::format("{}: the volume is {:.6g} {}thick along {}, less than the edge of the finest cubes, "
+                      "{:.6g}; choose a "
+                      "smaller size",
+                      file.name(), static_cast<double>(dims[axis] - 1) * spacing[a],
+                      job.unit.empty() ? "" : job.unit + " ", "xyz"[axis], job.fine));
+    if (cubes > 1 << 20)
+      throw UsageError(
+          fmt::format("size: {:.6g} is too fine: {:.6g} cubes along {}", job.fine, cubes, "xyz"[axis]));
+    job.settings.lattice.last[axis] = 2 * static_cast<std::int64_t>(cubes);
+    job.places.step[a] = job.fine / 2 / spacing[a];
+    for (std::size_t i = 0; i < 3; ++i)
+      job.settings.directions[a][i] = steps[a][i] * job.places.step[a] / static_cast<double>(parts_per_point);
+  }
+  const double volume = determinant(steps);
+  if (!(std::abs(volume) > 0)) throw UsageError(file.name() + ": the directions of its axes span no volume");
+  job.settings.is_mirrored = volume < 0;
+}
+
+void keep_named(const MaterialMeshOptions& options, MaterialMeshJob& job) {
+  std::set<std::string> wanted(options.keep.begin(), options.keep.end());
+  for (const auto& [material, name] : job.names.names) {
+    if (!options.keep.empty() && wanted.erase(name) == 0) continue;
+    if (material >= job.settings.is_kept.size()) job.settings.is_kept.resize(material + std::size_t{1});
+    job.settings.is_kept[material] = true;
+  }
+  if (!wanted.empty()) throw UsageError(fmt::format("keep: no material is called '{}'", *wanted.begin()));
+}
+
+void settle_values(const TagBricks& file, const MaterialMeshOptions& options, MaterialMeshJob& job) {
+  job.numbers = written_numbers(format_named("nrrd"), Numbers::values, file.header(), &file.index());
+  std::vector<MaterialRange> ranges = options.ranges;
+  std::sort(ranges.begin(), ranges.end(),
+            [](const MaterialRange& a, const MaterialRange& b) { return a.low < b.low; });
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  std::vector<std::string> names;  // by material; "": values of no material that was named
+  const auto begin_at = [&](double value, const std::string& name) {
+    const auto threshold = static_cast<float>(value);
+    if (!job.thresholds.empty() && !(threshold > job.thresholds.back()))
+      throw UsageError(
+          fmt::format("materials: {} and {} are the same float32 number", value, job.thresholds.back()));
+    job.thresholds.push_back(threshold);
+    names.push_back(name);
+  };
+  double end = -infinity;
+  if (ranges.front().low > -infinity) names.emplace_back();
+  for (const MaterialRange& range : ranges) {
+    if (!(range.low < range.high))
+      throw UsageError(
+          fmt::format("materials: {} has no values from {} to {}", range.name, range.low, range.high));
+    if (range.low < end)
+      throw UsageError(
+          fmt::format("materials: {} begins at {}, but another one ends at {}", range.name, range.low, end));
+    if (end > -infinity && range.low > end) begin_at(end, "");
+    if (range.low == -infinity)
+      names.push_back(range.name);
+    else
+      begin_at(range.low, range.name);
+    end = range.high;
+  }
+  if (end < infinity) begin_at(end, "");
+  if (job.thresholds.empty())
+    throw UsageError("materials: all values are of one material; give the value at which another one begins");
+  for (std::size_t m = 0; m < names.size(); ++m)
+    if (!names[m].empty()) job.names.names.emplace(static_cast<Material>(m), names[m]);
+  keep_named(options, job);
+  for (std::size_t m = 0, others = 0; m < names.size(); ++m)
+    if (names[m].empty())
+      job.names.names.emplace(static_cast<Material>(m),
+                              others++ == 0 ? "other" : fmt::format("other_{}", others));
+  job.names.first_label = 1;
+}
+
+void settle_labels(const TagBricks& file, const MaterialMeshOptions& options, MaterialMeshJob& job) {
+  const LabelsWish& labels = *options.labels;
+  constexpr auto largest = std::numeric_limits<Material>::max();
+  const SampleType type = file.parameters().type;
+  if (is_float_type(type))
+    throw UsageError(
+        fmt::format("{}: labels must be integers, but its samples are {}", file.name(), name_of(type)));
+  const auto& total = file.index().total;
+  if (total.low < 0 || total.high > largest)
+    throw UsageError(fmt::format("{}: labels must be from 0 to {}, but its samples are from {} to {}",
+                                 file.name(), largest, total.low, total.high));
+  if (!file.parameters().is_exact())
+    throw UsageError(
+        fmt::format("{}: its samples may be wrong by {}, so they cannot be labels; encode it without "
+                    "a loss",
+                    file.name(), file.parameters().max_error));
+  if (!(labels.smoothing >= 0 && labels.smoothing <= LabelField::largest_radius))
+    throw UsageError(
+        fmt::format("smooth: {} is not from 0 to {}", labels.smoothing, LabelField::largest_radius));
+  job.label_smoothing = labels.smoothing;
+  for (const auto& [label, name] : labels.names) {
+    if (label < 0 || label > largest)
+      throw UsageError(fmt::format("labels: {} is not from 0 to {}", label, largest));
+    job.names.names.emplace(static_cast<Material>(label), name);
+  }
+  if (!labels.names.empty()) {
+    keep_named(options, job);
+  } else {
+    for (auto label = static_cast<std::int64_t>(total.low); label <= static_cast<std::int64_t>(total.high);
+         ++label)
+      if (label != no_label)
+        job.names.names.emplace(static_cast<Material>(label),
+                                job.names.name_of(static_cast<Material>(label)));
+    keep_named(options, job);
+  }
+}
+
+}  // namespace
+
+MaterialMeshJob settle_material_mesh(const TagBricks& file, const MaterialMeshOptions& options) {
+  MaterialMeshJob job;
+  if (options.order != 1 && options.order != 2) throw UsageError("order: it is 1 or 2");
+  job.settings.order = options.order;
+  settle_lattice(file, options, job);
+  if (options.labels)
+    settle_labels(file, options, job);
+  else
+    settle_values(file, options, job);
+  std::set<std::string> seen;
+  for (const auto& [material, name] : job.names.names)
+    if (!seen.insert(name).second) throw UsageError(fmt::format("materials: two are called '{}'", name));
+  if (!options.region.is_all()) {
+    const Domain& domain = file.parameters().domain();
+    const Box samples = domain.samples_at(region_of(options.region, file.parameters()).box);
+    Box& region = job.settings.region.emplace();
+    for (int axis = 0; axis < 3; ++axis) {
+      const double parts =
+          static_cast<double>(parts_per_point) / job.places.step[static_cast<std::size_t>(axis)];
+      region.low[axis] =
+          static_cast<std::int64_t>(std::floor(static_cast<double>(samples.low[axis]) * parts));
+      region.high[axis] =
+          static_cast<std::int64_t>(std::ceil(static_cast<double>(samples.high[axis]) * parts));
+    }
+  }
+  return job;
+}
+
+}  // namespace tagrid
