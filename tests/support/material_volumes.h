@@ -48,7 +48,7 @@ struct MaterialVolume {
 };
 
 /// The tetrahedra of a volume, made in bricks of some root cubes.
-struct MaterialMesh {
+struct MeshInMemory {
   struct Tetrahedron {
     std::array<std::int64_t, 4> vertices;
     Material material;
@@ -62,12 +62,12 @@ struct MaterialMesh {
   Index3 at(const Tetrahedron& t, std::size_t i) const { return positions.at(t.vertices[i]); }
 };
 
-inline MaterialMesh mesh_of(const MaterialVolume& volume, int bricks_edge = 1000) {
+inline MeshInMemory mesh_of(const MaterialVolume& volume, int bricks_edge = 1000) {
   const ValueField field = volume.field();
   const MaterialLattice lattice = volume.lattice();
   const BrickGrid bricks{lattice.domain(), bricks_edge};
   const BccBox all(lattice.box());
-  MaterialMesh mesh;
+  MeshInMemory mesh;
   for (std::int64_t b = 0; b < bricks.count(); ++b) {
     const Box closed = bricks.closed_box(bricks.position(b));
     const PointMaterials points =
@@ -75,7 +75,7 @@ inline MaterialMesh mesh_of(const MaterialVolume& volume, int bricks_edge = 1000
     const LatticeBits active = activity_of_materials(points, lattice, closed);
     const Interface interface(field, points, active, lattice, lattice.surroundings(closed));
     for_each_material_tetrahedron(interface, active, lattice, closed, [&](const MaterialTetrahedron& t) {
-      MaterialMesh::Tetrahedron& out = mesh.tetrahedra.emplace_back();
+      MeshInMemory::Tetrahedron& out = mesh.tetrahedra.emplace_back();
       for (std::size_t i = 0; i < 4; ++i) {
         const MeshVertex& v = t.vertices[i];
         out.vertices[i] = static_cast<std::int64_t>(all.number(v.point)) * (edges_of_point + 1) + v.edge + 1;

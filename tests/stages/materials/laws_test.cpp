@@ -15,7 +15,7 @@ namespace {
 
 __extension__ using Wide = __int128;
 
-Wide six_volumes_of(const MaterialMesh& mesh, const MaterialMesh::Tetrahedron& t) {
+Wide six_volumes_of(const MeshInMemory& mesh, const MeshInMemory::Tetrahedron& t) {
   const Index3 a = mesh.at(t, 1) - mesh.at(t, 0), b = mesh.at(t, 2) - mesh.at(t, 0),
                c = mesh.at(t, 3) - mesh.at(t, 0);
   return Wide{a.x} * (Wide{b.y} * c.z - Wide{b.z} * c.y) + Wide{a.y} * (Wide{b.z} * c.x - Wide{b.x} * c.z) +
@@ -26,7 +26,7 @@ using Face = std::array<std::int64_t, 3>;
 using Edge = std::array<std::int64_t, 2>;
 
 /// The materials on the sides of each face; one that is outside of the volume is -1.
-std::map<Face, std::vector<int>> faces_of(const MaterialMesh& mesh) {
+std::map<Face, std::vector<int>> faces_of(const MeshInMemory& mesh) {
   std::map<Face, std::vector<int>> faces;
   for (const auto& t : mesh.tetrahedra)
     for (std::size_t opposite = 0; opposite < 4; ++opposite) {
@@ -39,7 +39,7 @@ std::map<Face, std::vector<int>> faces_of(const MaterialMesh& mesh) {
   return faces;
 }
 
-bool is_at_end(const MaterialMesh& mesh, const Face& face, const MaterialLattice& lattice) {
+bool is_at_end(const MeshInMemory& mesh, const Face& face, const MaterialLattice& lattice) {
   for (int axis = 0; axis < 3; ++axis)
     for (const std::int64_t plane : {std::int64_t{0}, lattice.last[axis] * parts_per_point})
       if (std::all_of(face.begin(), face.end(), [&](auto v) { return mesh.positions.at(v)[axis] == plane; }))
@@ -59,7 +59,7 @@ struct Findings {
 };
 
 // Checks what is true of every mesh.
-Findings check(const MaterialVolume& volume, const MaterialMesh& mesh) {
+Findings check(const MaterialVolume& volume, const MeshInMemory& mesh) {
   const MaterialLattice lattice = volume.lattice();
   Findings found;
   Wide sum = 0;
@@ -138,7 +138,7 @@ TEST(MaterialMeshLaws, Sphere) {
 
 TEST(MaterialMeshLaws, TheInterfaceIsWhereTheValueIs) {
   const MaterialVolume volume = sphere(2);
-  const MaterialMesh mesh = mesh_of(volume);
+  const MeshInMemory mesh = mesh_of(volume);
   std::int64_t checked = 0;
   for (const auto& [face, sides] : faces_of(mesh)) {
     if (sides.size() < 2 || sides[0] == sides[1]) continue;
@@ -244,7 +244,7 @@ TEST(MaterialMeshLaws, OneVoxelAndConstantVolumes) {
 }
 
 TEST(MaterialMeshLaws, SameMeshForAllBricks) {
-  const auto sorted = [](MaterialMesh mesh) {
+  const auto sorted = [](MeshInMemory mesh) {
     std::sort(mesh.tetrahedra.begin(), mesh.tetrahedra.end());
     return mesh;
   };
@@ -253,7 +253,7 @@ TEST(MaterialMeshLaws, SameMeshForAllBricks) {
   for (MaterialVolume volume : volumes)
     for (const auto& [cube_size, edge] : {std::pair{4, 2}, {8, 1}, {16, 1}, {16, 2}, {32, 1}}) {
       volume.cube_size = cube_size;
-      const MaterialMesh whole = sorted(mesh_of(volume)), of_bricks = sorted(mesh_of(volume, edge));
+      const MeshInMemory whole = sorted(mesh_of(volume)), of_bricks = sorted(mesh_of(volume, edge));
       EXPECT_TRUE(whole.tetrahedra == of_bricks.tetrahedra) << cube_size << ' ' << edge;
       EXPECT_TRUE(whole.positions == of_bricks.positions) << cube_size << ' ' << edge;
     }
@@ -262,7 +262,7 @@ TEST(MaterialMeshLaws, SameMeshForAllBricks) {
 TEST(MaterialMeshLaws, FewerTetrahedraWhereThereIsOneMaterial) {
   MaterialVolume volume = sphere(1);
   volume.cube_size = 32;
-  const MaterialMesh mesh = mesh_of(volume);
+  const MeshInMemory mesh = mesh_of(volume);
   check(volume, mesh);
   EXPECT_LT(mesh.tetrahedra.size(), 12 * 40 * 38 * 36 / 4);
 }
