@@ -8,6 +8,10 @@
 #include <utility>
 
 #include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/open_source.h"
+#include "io/files/output_file.h"
+#include "io/meshes/formats.h"
 #include "io/metadata/foreign_geometry.h"
 #include "io/metadata/lengths.h"
 #include "pipeline/materials/sample_window.h"
@@ -92,8 +96,7 @@ void add_layer(const MaterialMeshJob& job, const SampleWindow& window, const Lay
                                                                            add));
 }
 
-MaterialMesh empty_mesh(const TagBricks& file, const MaterialMeshJob& job, const std::string& path) {
-  const Geometry geometry = in_one_unit(file.header().metadata.geometry());
+MaterialMesh empty_mesh(const Geometry& geometry, const MaterialMeshJob& job, const std::string& path) {
   return {job.settings.order,
           {short_name_of_space(geometry.space), {}, job.fine},
           job.unit,
@@ -106,7 +109,7 @@ MaterialMesh empty_mesh(const TagBricks& file, const MaterialMeshJob& job, const
 }
 
 // What is kept but has no tetrahedra.
-void warn_of_missing(const MaterialMeshJob& job, MaterialMeshResult& result, bool are_all_named) {
+void warn_of_missing(const MaterialMeshJob& job, MadeMaterialMesh& result, bool are_all_named) {
   if (!are_all_named) return;
   for (const auto& [material, name] : job.names.names) {
     if (!job.settings.keeps(material)) continue;
@@ -118,29 +121,67 @@ void warn_of_missing(const MaterialMeshJob& job, MaterialMeshResult& result, boo
 
 }  // namespace
 
-MaterialMeshResult make_material_mesh(const TagBricks& file, const MaterialMeshOptions& options,
-                                      const std::string& path, const Resources& resources,
-                                      const Progress& progress) {
-  const MaterialMeshJob job = settle_material_mesh(file, options);
+MadeMaterialMesh make_material_mesh(const TagBricks& samples, const Geometry& geometry,
+                                    const MaterialMeshOptions& options, const std::string& path,
+                                    const Resources& resources, const Progress& progress) {
+  const MaterialMeshJob job = settle_material_mesh(samples, geometry, options);
   const std::vector<Layer> layers = layers_of(job);
   Layer all;
   for (const Layer& layer : layers)
     if (!layer.bricks.empty()) all.add({}, layer.samples);
-  const int thread_count = resources.threads;
   MeshAssembler assembler(job.settings, path);
-  SampleWindow window(file, job.numbers, all.samples, thread_count, progress);
-  Threads threads(thread_count);
+  SampleWindow window(samples, job.numbers, all.samples, resources.threads, progress);
+  Threads threads(resources.threads);
   for (const Layer& layer : layers) {
     if (layer.bricks.empty()) continue;
     window.move_to(layer.samples.low.z, layer.samples.high.z);
     threads.run([&] { add_layer(job, window, layer, threads.count(), assembler); });
     assembler.end_layer(layer.bricks.front().high.z);
   }
-  MaterialMeshResult result{empty_mesh(file, job, path), {}, job.fine, job.coarse, {}};
-  result.quality = assembler.finish(job.names, options.parts, result.mesh);
-  count_touching_edges(result.mesh, result.quality, bytes_for_edges);
-  warn_of_missing(job, result, !options.labels || !options.labels->names.empty());
-  return result;
+  MadeMaterialMesh made{empty_mesh(geometry, job, path), {}, job.fine, job.coarse, {}};
+  made.quality = assembler.finish(job.names, options.parts, made.mesh);
+  count_touching_edges(made.mesh, made.quality, bytes_for_edges);
+  warn_of_missing(job, made, !options.labels || !options.labels->names.empty());
+  return made;
+}
+
+Finished<MaterialMeshResult> write_material_mesh(const MaterialMeshRun& run) {
+  const MaterialMeshOptions& options = run.options;
+  const MeshFormat& format = material_mesh_format_of(run.output);
+  for (const std::string& input : {run.input, options.label_volume})
+    if (!input.empty() && !is_regular_input(input))
+      throw UsageError(fmt::format(
+          "{}: a mesh with materials needs a file that is not read in one pass; write it to a file first",
+          input));
+  refuse_same_file(run.input, run.output);
+  check_output(run.output, options.overwrite);
+  const TagBricks file(volume_in(open_source(run.input), run.volume));
+  std::optional<TagBricks> labels;
+  if (!options.label_volume.empty()) {
+    refuse_same_file(options.label_volume, run.output);
+    labels.emplace(open_source(options.label_volume));
+    const Index3 dims = file.parameters().dims, of_labels = labels->parameters().dims;
+    if (!(dims == of_labels))
+      throw UsageError(fmt::format("{}: has {} x {} x {} labels, but {} has {} x {} x {} samples",
+                                   options.label_volume, of_labels.x, of_labels.y, of_labels.z, run.input,
+                                   dims.x, dims.y, dims.z));
+  }
+  const std::shared_ptr<MaterialMeshFile> output = format.create_materials(run.output, options.overwrite);
+  MadeMaterialMesh made =
+      make_material_mesh(labels ? *labels : file, in_one_unit(file.header().metadata.geometry()), options,
+                         run.output, run.resources, run.progress);
+  output->write(made.mesh);
+  MaterialMeshResult result{
+      {file.header(), file.index(), file.sizes().file, output->file_bytes(), std::move(made.warnings)},
+      std::move(made.quality),
+      made.fine,
+      made.coarse,
+      made.mesh.unit,
+      made.mesh.point_count(),
+      made.mesh.element_count(),
+      made.mesh.surfaces};
+  for (const std::string& warning : output->warnings()) result.warnings.push_back(warning);
+  return {std::move(result), output};
 }
 
 }  // namespace tagrid

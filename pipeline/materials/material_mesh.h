@@ -10,10 +10,12 @@
 #include <vector>
 
 #include "io/meshes/material_mesh.h"
+#include "io/metadata/geometry.h"
 #include "io/tag/bricks.h"
 #include "pipeline/decode/decode_run.h"
 #include "pipeline/materials/mesh_assembler.h"
 #include "pipeline/memory/resources.h"
+#include "pipeline/meshes/grid_input.h"
 #include "pipeline/progress/progress.h"
 
 namespace tagrid {
@@ -51,18 +53,21 @@ struct MaterialMeshOptions {
   /// The edge of the coarsest cubes; made smaller to be 2, 4, 8, ... times H. By default 8 H.
   std::optional<MeshLength> coarse;
   int order = 1;  ///< 2: tetrahedra of ten nodes
+  /// A .tag file of labels, as large as the volume; without it, the volume has them.
+  std::string label_volume;
   /// Only tetrahedra that meet this region. Its step must be 1.
   WantedRegion region = {};
+  bool overwrite = false;
 };
 
-struct MaterialMeshResult {
+struct MadeMaterialMesh {
   MaterialMesh mesh;
   MeshQuality quality;
   double fine = 0, coarse = 0;  ///< edges of cubes, in MaterialMesh::unit
   std::vector<std::string> warnings = {};
 };
 
-/// The mesh of the samples of a .tag file, in nameless temporary files beside `path`.
+/// The mesh of the samples of a .tag file, in nameless temporary files beside `path`. `geometry` is that of the samples.
 ///
 /// The lattice is cubic in the world, whatever the spacing of samples is, and begins at the first sample; it ends at
 /// the last complete cube. Every tetrahedron has one material; interfaces are where interpolated values reach a
@@ -70,8 +75,23 @@ struct MaterialMeshResult {
 ///
 /// Memory: the slices around a layer of bricks of the mesh, a brick for each thread, and what bricks share.
 /// Throws UsageError for impossible options, MemoryLimit, BrokenInput, WorldError.
-MaterialMeshResult make_material_mesh(const TagBricks& file, const MaterialMeshOptions& options,
-                                      const std::string& path, const Resources& resources,
-                                      const Progress& progress = {});
+MadeMaterialMesh make_material_mesh(const TagBricks& samples, const Geometry& geometry,
+                                    const MaterialMeshOptions& options, const std::string& path,
+                                    const Resources& resources, const Progress& progress = {});
+
+using MaterialMeshRun = GridRun<MaterialMeshOptions>;
+
+struct MaterialMeshResult : GridResult {
+  MeshQuality quality;
+  double fine = 0, coarse = 0;  ///< edges of cubes, in `unit`
+  std::string unit;
+  std::int64_t points = 0, tetrahedra = 0;
+  std::vector<MaterialSurface> surfaces;
+};
+
+/// Writes such a mesh of a regular .tag file, in a format of material_mesh_formats(). Throws as make_material_mesh()
+/// does, and UsageError if the output is in the way or the format cannot hold the mesh; then nothing is left under the
+/// name of the output.
+Finished<MaterialMeshResult> write_material_mesh(const MaterialMeshRun& run);
 
 }  // namespace tagrid

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cstring>
 #include <optional>
+#include <set>
 #include <span>
 #include <utility>
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
 #include "io/meshes/mesh_files.h"
+#include "io/text/text.h"
 
 namespace tagrid {
 namespace {
@@ -384,6 +386,7 @@ void MeshAssembler::write_faces(const Kept& kept, const MaterialNames& names, Ma
       if (const auto as_seen = seen(face)) ++counts[as_seen->key];
   });
   std::map<SurfaceKey, std::size_t> groups;
+  std::set<std::string> used;
   std::int64_t first = 0;
   for (const auto& [key, count] : counts) {
     groups.emplace(key, groups.size());
@@ -398,6 +401,9 @@ void MeshAssembler::write_faces(const Kept& kept, const MaterialNames& names, Ma
                     : key.kind == to_removed_part ? "removed"
                     : surface.side ? std::string(names_of_sides[static_cast<std::size_t>(*surface.side)])
                                    : "cut");
+    // a_b and c meet as a and b_c do.
+    for (const std::string name = surface.name; !used.insert(lower_case(surface.name)).second;)
+      surface.name = name + "_" + std::to_string(used.size());
     surface.first = first;
     surface.count = count;
     first += count;

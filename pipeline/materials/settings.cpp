@@ -8,6 +8,7 @@
 
 #include "io/errors/errors.h"
 #include "io/metadata/lengths.h"
+#include "io/text/text.h"
 #include "pipeline/reading/read_region.h"
 
 namespace tagrid {
@@ -31,9 +32,8 @@ double in_units_of(const MeshLength& wanted, const CommonUnit& unit, const char*
   return converted(wanted.length, *from, *to);
 }
 
-void settle_lattice(const TagBricks& file, const MaterialMeshOptions& options, MaterialMeshJob& job) {
-  const Metadata& metadata = file.header().metadata;
-  const Geometry geometry = in_one_unit(metadata.geometry());
+void settle_lattice(const TagBricks& file, const Geometry& geometry, const MaterialMeshOptions& options,
+                    MaterialMeshJob& job) {
   const CommonUnit unit = common_unit(geometry);
   job.unit = unit.name;
   const Index3 dims = file.parameters().dims;
@@ -80,6 +80,21 @@ void settle_lattice(const TagBricks& file, const MaterialMeshOptions& options, M
   const double volume = determinant(steps);
   if (!(std::abs(volume) > 0)) throw UsageError(file.name() + ": the directions of its axes span no volume");
   job.settings.is_mirrored = volume < 0;
+}
+
+// Names must be those of sets in every format.
+void check_name(const std::string& name) {
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  const bool is_valid =
+      !name.empty() && is_letter(name[0]) && std::all_of(name.begin(), name.end(), [&](char c) {
+        return is_letter(c) || (c >= '0' && c <= '9') || c == '_';
+      });
+  constexpr std::size_t longest = 32;
+  if (!is_valid || name.size() > longest)
+    throw UsageError(
+        fmt::format("materials: '{}' is not a name of at most {} letters, digits and underscores that begins "
+                    "with a letter",
+                    name, longest));
 }
 
 void keep_named(const MaterialMeshOptions& options, MaterialMeshJob& job) {
@@ -175,18 +190,22 @@ void settle_labels(const TagBricks& file, const MaterialMeshOptions& options, Ma
 
 }  // namespace
 
-MaterialMeshJob settle_material_mesh(const TagBricks& file, const MaterialMeshOptions& options) {
+MaterialMeshJob settle_material_mesh(const TagBricks& file, const Geometry& geometry,
+                                     const MaterialMeshOptions& options) {
   MaterialMeshJob job;
   if (options.order != 1 && options.order != 2) throw UsageError("order: it is 1 or 2");
   job.settings.order = options.order;
-  settle_lattice(file, options, job);
+  settle_lattice(file, in_one_unit(geometry), options, job);
   if (options.labels)
     settle_labels(file, options, job);
   else
     settle_values(file, options, job);
   std::set<std::string> seen;
-  for (const auto& [material, name] : job.names.names)
-    if (!seen.insert(name).second) throw UsageError(fmt::format("materials: two are called '{}'", name));
+  for (const auto& [material, name] : job.names.names) {
+    check_name(name);
+    if (!seen.insert(lower_case(name)).second)
+      throw UsageError(fmt::format("materials: two are called '{}', if case is ignored", name));
+  }
   if (!options.region.is_all()) {
     const Domain& domain = file.parameters().domain();
     const Box samples = domain.samples_at(region_of(options.region, file.parameters()).box);

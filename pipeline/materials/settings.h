@@ -25,6 +25,7 @@ struct MaterialMeshJob {
 };
 
 /// Throws UsageError if a file cannot have such a mesh.
-MaterialMeshJob settle_material_mesh(const TagBricks& file, const MaterialMeshOptions& options);
+MaterialMeshJob settle_material_mesh(const TagBricks& file, const Geometry& geometry,
+                                     const MaterialMeshOptions& options);
 
 }  // namespace tagrid

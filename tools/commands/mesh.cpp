@@ -2,6 +2,7 @@
 
 #include "pipeline/meshes/mesh.h"
 #include "io/metadata/metadata.h"
+#include "pipeline/materials/material_mesh.h"
 
 #include <fmt/format.h>
 
@@ -11,6 +12,7 @@
 #include "io/text/text.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/grid_command.h"
+#include "tools/options/material_options.h"
 #include "tools/report/damage.h"
 
 namespace tagrid {
@@ -50,12 +52,98 @@ struct MeshCommand : GridCommand<MeshOptions, MeshResult> {
   }
 };
 
+// Lines for people: a row for each material, and angles.
+void tell_quality(const MaterialMeshResult& result) {
+  const MeshQuality& quality = result.quality;
+  const std::string unit = result.unit.empty() ? "" : " " + result.unit;
+  say("{:<20} {:>12} {:>14} {:>14} {:>6} {:>14}", "material", "tetrahedra", "volume", "area", "parts",
+      "touching edges");
+  for (const MeshQuality::OfMaterial& m : quality.materials)
+    say("{:<20} {:>12} {:>14.6g} {:>14.6g} {:>6} {:>14}", m.name, m.tetrahedra, m.volume, m.area, m.parts,
+        m.touching_edges);
+  say("{:<20} {:>12} {:>12}", "dihedral angles", "smallest", "largest");
+  for (std::size_t bin = 0; bin < quality.smallest.size(); ++bin)
+    if (quality.smallest[bin] + quality.largest[bin] > 0)
+      say("{:>6.0f} to {:>3.0f} degrees  {:>12} {:>12}",
+          static_cast<double>(bin) * MeshQuality::degrees_of_bin,
+          static_cast<double>(bin + 1) * MeshQuality::degrees_of_bin, quality.smallest[bin],
+          quality.largest[bin]);
+  say("angles are between {:.1f} and {:.1f} degrees; cubes have edges of {:.6g} to {:.6g}{}",
+      quality.smallest_angle, quality.largest_angle, result.fine, result.coarse, unit);
+}
+
+void add_materials(const MaterialMeshResult& result, nlohmann::ordered_json& settings) {
+  const MeshQuality& quality = result.quality;
+  settings["points"] = result.points;
+  settings["tetrahedra"] = result.tetrahedra;
+  settings["size"] = {result.fine, result.coarse};
+  settings["unit"] = result.unit.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(result.unit);
+  auto& materials = settings["materials"] = nlohmann::ordered_json::array();
+  for (const MeshQuality::OfMaterial& m : quality.materials)
+    materials.push_back({{"name", m.name},
+                         {"tetrahedra", m.tetrahedra},
+                         {"volume", m.volume},
+                         {"area", m.area},
+                         {"parts", m.parts},
+                         {"touching_edges", m.touching_edges}});
+  auto& surfaces = settings["surfaces"] = nlohmann::ordered_json::array();
+  for (const MaterialSurface& s : result.surfaces)
+    surfaces.push_back({{"name", s.name}, {"triangles", s.count}});
+  settings["smallest_angle"] = quality.smallest_angle;
+  settings["largest_angle"] = quality.largest_angle;
+  settings["degrees_of_bin"] = MeshQuality::degrees_of_bin;
+  settings["smallest_angles"] = quality.smallest;
+  settings["largest_angles"] = quality.largest;
+  settings["removed_parts"] = quality.removed_parts;
+  settings["removed_tetrahedra"] = quality.removed_tetrahedra;
+}
+
+struct MaterialMeshCommand : GridCommand<MaterialMeshOptions, MaterialMeshResult> {
+  void execute(const Ranks& ranks, const MaterialTexts& texts) {
+    options = material_options(texts);
+    const MaterialMeshResult result =
+        write(ranks, {"mesh", "meshes", ".vtu"}, write_material_mesh, add_materials);
+    if (result.quality.removed_parts > 0 && !run.quiet)
+      say("tagrid: {}: {} parts with {} tetrahedra were left out", path, result.quality.removed_parts,
+          result.quality.removed_tetrahedra);
+    if (texts.quality) tell_quality(result);
+    tell_size(fmt::format("{} points, {} tetrahedra of {} materials, {} surfaces", result.points,
+                          result.tetrahedra, result.quality.materials.size(), result.surfaces.size()),
+              result.header);
+  }
+};
+
+/// The command as it was given: for the adaptive grid, or for materials.
+struct MeshState : MeshCommand {
+  MaterialTexts materials;
+
+  void execute(const Ranks& ranks) {
+    if (!materials.are_given()) {
+      if (const std::string option = first_given(materials); !option.empty())
+        throw usage_error("{}: applies only to materials; give --materials or --labels as well", option);
+      return MeshCommand::execute(ranks);
+    }
+    if (options.level || options.coarsen || options.of_samples || options.padded)
+      throw UsageError(
+          "--materials, --labels: cannot be combined with --level, --coarsen, --samples or --padded, which "
+          "are about "
+          "the adaptive grid");
+    MaterialMeshCommand command;
+    command.input = input;
+    command.output = output;
+    command.run = run;
+    command.region = region;
+    command.volume = volume;
+    command.execute(ranks, materials);
+  }
+};
+
 }  // namespace
 
 Action add_mesh_command(CLI::App& app) {
-  auto state = std::make_shared<MeshCommand>();
+  auto state = std::make_shared<MeshState>();
   CLI::App* command =
-      app.add_subcommand("mesh", "Write the adaptive grid as a tetrahedral mesh: VTU, VTKHDF or Gmsh");
+      app.add_subcommand("mesh", "Write a tetrahedral mesh: the adaptive grid, or the materials for solvers");
   add_tag_input(*command, state->input);
   add_output_options(*command, state->output);
   add_number_option(*command, "--level", state->options.level, "N",
@@ -68,6 +156,7 @@ Action add_mesh_command(CLI::App& app) {
   add_volume_option(*command, state->volume);
   command->add_flag("--padded", state->options.padded,
                     "Fill complete root cubes instead of ending at the first and last samples");
+  add_material_options(*command, state->materials);
   add_job_options(*command, state->run, false);
   return [state](Ranks& ranks) { with_repair_advice(state->input, [&] { state->execute(ranks); }); };
 }

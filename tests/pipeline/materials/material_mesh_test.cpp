@@ -32,7 +32,7 @@ std::vector<Number> numbers_of(SpoolFile& file) {
 
 /// A mesh that was read back.
 struct Mesh {
-  explicit Mesh(MaterialMeshResult result_) : result(std::move(result_)) {
+  explicit Mesh(MadeMaterialMesh result_) : result(std::move(result_)) {
     points = numbers_of<double>(mesh().points);
     nodes = numbers_of<std::int64_t>(mesh().nodes);
     face_nodes = numbers_of<std::int64_t>(mesh().face_nodes);
@@ -56,7 +56,7 @@ struct Mesh {
     return "none";
   }
 
-  MaterialMeshResult result;
+  MadeMaterialMesh result;
   std::vector<double> points;
   std::vector<std::int64_t> nodes, face_nodes, faces;
 };
@@ -94,7 +94,9 @@ class MaterialMeshOfFile : public TemporaryFolder {
     return encoded("v.tag", v.dims, v.values, spacings, "float", brick);
   }
   Mesh mesh(const std::string& tag, const MaterialMeshOptions& options, int threads = 2) const {
-    return Mesh(make_material_mesh(TagBricks(open_source(tag)), options, path("m"), Resources(threads)));
+    const TagBricks bricks(open_source(tag));
+    return Mesh(make_material_mesh(bricks, bricks.header().metadata.geometry(), options, path("m"),
+                                   Resources(threads)));
   }
 };
 

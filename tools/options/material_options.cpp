@@ -1,0 +1,188 @@
+#include "tools/options/material_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "io/errors/errors.h"
+#include "io/files/file_bytes.h"
+#include "io/text/text.h"
+#include "tools/options/numbers.h"
+#include "tools/options/shared_options.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::string_view all_labels = "all";
+constexpr std::uint64_t largest_file_of_names = std::uint64_t{16} << 20;
+
+double number_in(const char* option, std::string_view text, const std::string& all) {
+  const auto number = finite_number(std::string(text));
+  if (!number) throw usage_error("{}: {}: '{}' is not a number", option, all, text);
+  return *number;
+}
+
+// NAME=LOW:HIGH, where LOW or HIGH may be missing.
+MaterialRange range_in(std::string_view text) {
+  const std::string all(text);
+  const std::size_t equals = text.find('='), colon = text.find(':', equals == text.npos ? 0 : equals);
+  if (equals == text.npos || colon == text.npos)
+    throw usage_error("--materials: '{}' is not NAME=LOW:HIGH, such as bone=300: or soft=-200:300", all);
+  MaterialRange range{std::string(text.substr(0, equals))};
+  const std::string_view low = text.substr(equals + 1, colon - equals - 1), high = text.substr(colon + 1);
+  if (!low.empty()) range.low = number_in("--materials", low, all);
+  if (!high.empty()) range.high = number_in("--materials", high, all);
+  return range;
+}
+
+// A name for sets of elements: other characters become underscores.
+std::string set_name(std::string_view name) {
+  std::string result;
+  for (const char c : name) {
+    const bool is_kept = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+    if (is_kept || (!result.empty() && result.back() != '_')) result += is_kept ? c : '_';
+  }
+  while (!result.empty() && result.back() == '_') result.pop_back();
+  if (result.empty() || (result[0] >= '0' && result[0] <= '9')) result.insert(0, "m_");
+  return result.substr(0, 32);
+}
+
+void add_label(std::map<std::int64_t, std::string>& names, std::int64_t label, std::string_view name) {
+  if (!names.emplace(label, set_name(name)).second)
+    throw usage_error("--labels: label {} has two names", label);
+}
+
+// The number and the name in a line of a table: CSV, a color table of 3D Slicer, or a description of labels of
+// ITK-SNAP.
+void add_line(std::map<std::int64_t, std::string>& names, std::string_view line, const std::string& where) {
+  std::vector<std::string_view> fields;
+  constexpr std::string_view between = " \t,;\r";
+  for (std::size_t i = line.find_first_not_of(between); i < line.size();) {
+    const bool is_quoted = line[i] == '"';
+    const std::size_t begin = is_quoted ? i + 1 : i;
+    const std::size_t end =
+        std::min(is_quoted ? line.find('"', begin) : line.find_first_of(between, begin), line.size());
+    fields.push_back(line.substr(begin, end - begin));
+    i = line.find_first_not_of(between, is_quoted ? end + 1 : end);
+  }
+  if (fields.empty() || fields[0].starts_with('#')) return;
+  const auto label = whole_number<std::int64_t>(std::string(fields[0]));
+  if (!label) {
+    if (names.empty()) return;  // the names of columns
+    throw usage_error("--labels: {}: '{}' does not begin with the number of a label", where, line);
+  }
+  const auto is_name = [](std::string_view field) { return !finite_number(std::string(field)); };
+  const auto name = std::find_if(fields.begin() + 1, fields.end(), is_name);
+  if (name == fields.end()) throw usage_error("--labels: {}: label {} has no name", where, *label);
+  add_label(names, *label, *name);
+}
+
+std::string text_of(const std::string& path) {
+  const FileSource file(path);
+  if (file.size() > largest_file_of_names)
+    throw usage_error("--labels: {}: is too large for a list of names", path);
+  std::string text(file.size(), '\0');
+  file.read_at(0, std::as_writable_bytes(std::span(text)));
+  return text;
+}
+
+std::map<std::int64_t, std::string> label_names(const std::string& text) {
+  std::map<std::int64_t, std::string> names;
+  if (text == all_labels) return names;
+  if (text.find('=') != text.npos) {
+    for (const std::string_view item : split(text, ',')) {
+      const std::size_t equals = item.find('=');
+      const auto label = equals == item.npos
+                             ? std::nullopt
+                             : whole_number<std::int64_t>(std::string(item.substr(0, equals)));
+      if (!label) throw usage_error("--labels: '{}' is not LABEL=NAME, such as 1=bone", item);
+      add_label(names, *label, item.substr(equals + 1));
+    }
+    return names;
+  }
+  const std::string content = text_of(text);
+  for (const std::string_view line : split(content, '\n')) add_line(names, line, text);
+  if (names.empty())
+    throw usage_error("--labels: {}: has no line with the number and the name of a label", text);
+  return names;
+}
+
+// A number and a unit, such as 0.5mm.
+MeshLength length_in(std::string_view text, const std::string& all) {
+  const std::size_t end = text.find_last_of("0123456789.");
+  const std::size_t digits = end == text.npos ? 0 : end + 1;
+  return {number_in("--size", text.substr(0, digits), all), std::string(text.substr(digits))};
+}
+
+void set_size(const std::string& text, MaterialMeshOptions& options) {
+  if (text.empty()) return;
+  const std::size_t dots = text.find("..");
+  options.fine = length_in(std::string_view(text).substr(0, dots), text);
+  if (dots == text.npos) return;
+  options.coarse = length_in(std::string_view(text).substr(dots + 2), text);
+  // 1..4mm
+  if (options.fine->unit.empty()) options.fine->unit = options.coarse->unit;
+}
+
+}  // namespace
+
+void add_material_options(CLI::App& command, MaterialTexts& texts) {
+  add_text_option(command, "--materials", texts.materials, "NAME=LOW:HIGH,...",
+                  "Mesh the materials with these values, for solvers");
+  add_text_option(command, "--labels", texts.labels, "NAMES",
+                  "The samples are labels of materials: LABEL=NAME,..., a file of names, or all");
+  add_text_option(command, "--label-volume", texts.label_volume, "FILE",
+                  "With --labels: a .tag file with the labels of the volume");
+  add_text_option(command, "--keep", texts.keep, "NAME,...",
+                  "Mesh only these materials (default: all named ones)");
+  add_text_option(command, "--parts", texts.parts, "largest|VOLUME",
+                  "Of each material, only the largest connected part, or parts of at least VOLUME");
+  add_number_option(command, "--smooth", texts.smooth, "W",
+                    "Smooth interfaces of labels over W samples (default: 1; 0: not at all)");
+  add_text_option(command, "--size", texts.size, "FINE[..COARSE]",
+                  "Edges of the cubes at interfaces, and far from them, such as 0.5mm..4mm");
+  add_number_option(command, "--order", texts.order, "1|2", "Tetrahedra with 4 nodes (default) or with 10");
+  command.add_flag("--quality", texts.quality, "Print angles, volumes, surfaces and parts of the materials");
+}
+
+MaterialMeshOptions material_options(const MaterialTexts& texts) {
+  MaterialMeshOptions options;
+  if (!texts.materials.empty() && !(texts.labels.empty() && texts.label_volume.empty()))
+    throw UsageError("--materials: cannot be combined with --labels; samples are values or labels");
+  if (texts.materials.empty()) {
+    options.labels.emplace();
+    options.labels->names = label_names(texts.labels.empty() ? std::string(all_labels) : texts.labels);
+    if (texts.smooth) options.labels->smoothing = *texts.smooth;
+    options.label_volume = texts.label_volume;
+  } else {
+    if (texts.smooth) throw UsageError("--smooth: applies only to labels; give --labels");
+    for (const std::string_view item : split(texts.materials, ',')) options.ranges.push_back(range_in(item));
+  }
+  if (!texts.keep.empty())
+    for (const std::string_view name : split(texts.keep, ',')) options.keep.emplace_back(name);
+  if (texts.parts == "largest") {
+    options.parts.only_largest = true;
+  } else if (!texts.parts.empty()) {
+    options.parts.least_volume = number_in("--parts", texts.parts, "largest or a volume");
+    if (!(options.parts.least_volume > 0)) throw UsageError("--parts: the volume must be greater than 0");
+  }
+  set_size(texts.size, options);
+  if (texts.order) options.order = *texts.order;
+  return options;
+}
+
+std::string first_given(const MaterialTexts& texts) {
+  const std::pair<bool, const char*> given[] = {
+      {!texts.keep.empty(), "--keep"},        {!texts.parts.empty(), "--parts"},
+      {texts.smooth.has_value(), "--smooth"}, {!texts.size.empty(), "--size"},
+      {texts.order.has_value(), "--order"},   {texts.quality, "--quality"}};
+  for (const auto& [is_given, name] : given)
+    if (is_given) return name;
+  return "";
+}
+
+}  // namespace tagrid
