@@ -1,7 +1,12 @@
 #include "io/meshes/formats.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "io/errors/errors.h"
 #include "io/meshes/mesh_files.h"
+#include "io/meshes/mesh_writers.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -12,23 +17,52 @@ std::unique_ptr<MeshFile> create_mesh(const std::string& path, SampleType value_
   return std::make_unique<File>(path, value_type, overwrite);
 }
 
+// First come formats of meshes of the grid, which hold materials as well, then those of materials alone, then surfaces.
 // ParaView knows VTKHDF by the second of its extensions.
 constexpr std::array formats = {
-    MeshFormat{.name = "VTU", .extensions = {".vtu"}, .create = create_mesh<VtuFile>},
+    MeshFormat{.name = "VTU",
+               .extensions = {".vtu"},
+               .create = create_mesh<VtuFile>,
+               .create_materials = create_vtu_materials},
     MeshFormat{.name = "VTKHDF",
                .extensions = {".vtkhdf", ".hdf"},
                .create = create_mesh<VtkhdfFile>,
+               .create_materials = create_vtkhdf_materials,
                .writer = "hdf5",
-               .memory_of_writer = VtkhdfFile::memory_of_writer},
-    MeshFormat{.name = "Gmsh", .extensions = {".msh"}, .create = create_mesh<GmshFile>},
+               .memory_of_writer = Hdf5MeshWriter::memory_of_writer},
+    MeshFormat{.name = "Gmsh",
+               .extensions = {".msh"},
+               .create = create_mesh<GmshFile>,
+               .create_materials = create_gmsh_materials},
+    MeshFormat{.name = "Abaqus", .extensions = {".inp"}, .create_materials = create_abaqus},
+    MeshFormat{.name = "FEBio", .extensions = {".feb"}, .create_materials = create_febio},
+    MeshFormat{.name = "Medit", .extensions = {".mesh"}, .create_materials = create_medit},
+    MeshFormat{.name = "XDMF",
+               .extensions = {".xdmf"},
+               .create_materials = create_xdmf,
+               .writer = "hdf5",
+               .memory_of_writer = Hdf5MeshWriter::memory_of_writer},
     MeshFormat{.name = "PLY", .extensions = {".ply"}, .create_surface = create_ply},
     MeshFormat{.name = "STL", .extensions = {".stl"}, .create_surface = create_stl},
     MeshFormat{.name = "OBJ", .extensions = {".obj"}, .create_surface = create_obj},
     MeshFormat{.name = "VTP", .extensions = {".vtp"}, .create_surface = create_vtp},
 };
-// Surfaces follow.
 constexpr auto meshes = static_cast<std::size_t>(
     std::ranges::count_if(formats, [](const MeshFormat& format) { return format.create != nullptr; }));
+constexpr auto with_materials = static_cast<std::size_t>(std::ranges::count_if(
+    formats, [](const MeshFormat& format) { return format.create_materials != nullptr; }));
+
+/// What files of a format hold that cannot hold `what`; "" if the name of the file says no format.
+std::string about_other_format(const std::string& path, std::string_view what) {
+  for (const MeshFormat& format : formats)
+    if (is_named_as_one_of(std::span(&format, 1), path))
+      return fmt::format("{} files hold {}, and cannot hold a {}; ", format.name,
+                         format.create             ? "meshes"
+                         : format.create_materials ? "meshes with materials"
+                                                   : "surfaces",
+                         what);
+  return "";
+}
 
 const MeshFormat& format_of(const std::string& path, std::span<const MeshFormat> known,
                             std::string_view what) {
@@ -42,13 +76,15 @@ const MeshFormat& format_of(const std::string& path, std::span<const MeshFormat>
       names += std::string(names.empty() ? "" : &format == &known.back() ? " or " : ", ");
       names += extension;
     }
-  throw UsageError(path + ": the name of a " + std::string(what) + " must end in " + names);
+  throw UsageError(fmt::format("{}: {}the name of a {} must end in {}", path, about_other_format(path, what),
+                               what, names));
 }
 
 }  // namespace
 
 std::span<const MeshFormat> mesh_formats() { return std::span(formats).first(meshes); }
-std::span<const MeshFormat> surface_formats() { return std::span(formats).subspan(meshes); }
+std::span<const MeshFormat> material_mesh_formats() { return std::span(formats).first(with_materials); }
+std::span<const MeshFormat> surface_formats() { return std::span(formats).subspan(with_materials); }
 
 bool is_named_as_one_of(std::span<const MeshFormat> known, std::string_view path) {
   const std::string lower = lower_case(path);
@@ -59,6 +95,10 @@ bool is_named_as_one_of(std::span<const MeshFormat> known, std::string_view path
 }
 
 const MeshFormat& mesh_format_of(const std::string& path) { return format_of(path, mesh_formats(), "mesh"); }
+
+const MeshFormat& material_mesh_format_of(const std::string& path) {
+  return format_of(path, material_mesh_formats(), "mesh with materials");
+}
 
 const MeshFormat& surface_format_of(const std::string& path) {
   return format_of(path, surface_formats(), "surface");

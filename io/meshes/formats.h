@@ -1,4 +1,4 @@
-// The formats of meshes and surfaces, as a table.
+// The formats of meshes and surfaces, as a table: a row for each format, with what its files hold.
 #pragma once
 
 #include <array>
@@ -8,17 +8,19 @@
 #include <string>
 #include <string_view>
 
+#include "io/meshes/material_files.h"
 #include "io/meshes/mesh_files.h"
 #include "io/meshes/surface_files.h"
 
 namespace tagrid {
 
-/// A format of tetrahedra or of triangles: it has either `create` or `create_surface`.
+/// A format of tetrahedra or of triangles: of meshes of the grid, of meshes with materials, or of surfaces.
 struct MeshFormat {
   std::string_view name;
   std::array<std::string_view, 2> extensions;  ///< the second may be empty
   std::unique_ptr<MeshFile> (*create)(const std::string& path, SampleType value_type,
                                       bool overwrite) = nullptr;
+  CreateMaterials create_materials = nullptr;
   std::unique_ptr<SurfaceFile> (*create_surface)(const std::string& path, bool overwrite) = nullptr;
   /// The program tagrid-write-WRITER writes it, with up to so many bytes of memory; "" if tagrid does so
   /// itself.
@@ -26,7 +28,10 @@ struct MeshFormat {
   std::uint64_t memory_of_writer = 0;
 };
 
+/// Those of meshes of the grid.
 std::span<const MeshFormat> mesh_formats();
+/// Those of meshes with materials.
+std::span<const MeshFormat> material_mesh_formats();
 std::span<const MeshFormat> surface_formats();
 
 /// True if the name of a file has an extension of one of `formats`, in any case.
@@ -34,6 +39,8 @@ bool is_named_as_one_of(std::span<const MeshFormat> formats, std::string_view pa
 
 /// The format that the name of a file says; VTU for "-". Throws UsageError if it says none.
 const MeshFormat& mesh_format_of(const std::string& path);
+/// The same for a mesh with materials.
+const MeshFormat& material_mesh_format_of(const std::string& path);
 /// The same for a surface; PLY for "-".
 const MeshFormat& surface_format_of(const std::string& path);
 

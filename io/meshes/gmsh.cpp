@@ -1,6 +1,4 @@
 // The format: "MSH file format" of the manual of Gmsh, version 4.1, https://gmsh.info/doc/texinfo/gmsh.html
-#include "io/meshes/mesh_files.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,14 +8,26 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
+#include "io/meshes/mesh_files.h"
+#include "io/meshes/mesh_writers.h"
 
 namespace tagrid {
 namespace {
 
-constexpr int of_volumes = 3;        // the dimension of entities
-constexpr int volume_tag = 1;        // of the only entity
-constexpr int group_tag = 1;         // of the physical group
-constexpr int gmsh_tetrahedron = 4;  // of four nodes
+constexpr int of_surfaces = 2, of_volumes = 3;  // the dimension of entities
+
+// A kind of element: its number, and where its nodes are among those of a MaterialMesh. Gmsh has the middles of the
+// edges 13 and 23 of a tetrahedron the other way round.
+struct ElementKind {
+  int number;
+  std::vector<std::size_t> nodes;
+};
+ElementKind tetrahedron_of(std::size_t nodes) {
+  return nodes == 4 ? ElementKind{4, {0, 1, 2, 3}} : ElementKind{11, {0, 1, 2, 3, 4, 5, 6, 7, 9, 8}};
+}
+ElementKind triangle_of(std::size_t nodes) {
+  return nodes == 4 ? ElementKind{2, {0, 1, 2}} : ElementKind{9, {0, 1, 2, 3, 4, 5}};
+}
 
 // Writes numbers to a file, through a buffer.
 class Fields {
@@ -57,18 +67,132 @@ std::array<double, 6> bounds_of(SpoolFile& coordinates) {
   return bounds;
 }
 
-// Blocks of nodes and of elements begin alike: one block, how many, and their first and last numbers.
-void put_block(Fields& fields, std::int64_t count, int kind) {
+// Sections of nodes and of elements begin alike: how many blocks, how many entries, and their first and last numbers.
+void put_counts(Fields& fields, std::size_t blocks, std::int64_t count) {
   const auto n = static_cast<std::uint64_t>(count);
-  fields.put(std::uint64_t{1});
+  fields.put(static_cast<std::uint64_t>(blocks));
   fields.put(n);
   fields.put(std::uint64_t{1});
-  fields.put(n);
-  fields.put(of_volumes);
-  fields.put(volume_tag);
-  fields.put(kind);
   fields.put(n);
 }
+
+void put_block(Fields& fields, int dimension, std::size_t entity, int kind, std::int64_t count) {
+  fields.put(dimension);
+  fields.put(static_cast<int>(entity + 1));
+  fields.put(kind);
+  fields.put(static_cast<std::uint64_t>(count));
+}
+
+class GmshOutput {
+ public:
+  GmshOutput(OutputFile& output, const MeshContents& mesh, const GmshGroups& groups)
+      : output_(output), fields_(output), mesh_(mesh), groups_(groups) {}
+
+  void write_format() {
+    constexpr int binary = 1, bytes_of_size = 8;
+    output_.write(fmt::format("$MeshFormat\n4.1 {} {}\n", binary, bytes_of_size));
+    fields_.put(1);  // tells the order of bytes
+    end("MeshFormat");
+    if (!mesh_.notes.space.empty())
+      output_.write(fmt::format("$Comments\n{}\n$EndComments\n", space_comment(mesh_.notes)));
+    std::string names;
+    for (const GmshGroup& group : groups_.surfaces)
+      names += fmt::format("{} {} \"{}\"\n", of_surfaces, group.tag, group.name);
+    for (const GmshGroup& group : groups_.volumes)
+      names += fmt::format("{} {} \"{}\"\n", of_volumes, group.tag, group.name);
+    output_.write(fmt::format("$PhysicalNames\n{}\n{}$EndPhysicalNames\n",
+                              groups_.volumes.size() + groups_.surfaces.size(), names));
+  }
+
+  void write_entities() {
+    output_.write("$Entities\n");
+    // Points, curves, surfaces, volumes.
+    for (const std::uint64_t count :
+         {std::size_t{0}, std::size_t{0}, groups_.surfaces.size(), groups_.volumes.size()})
+      fields_.put(count);
+    const std::array<double, 6> bounds = bounds_of(*mesh_.coordinates);
+    for (const auto* groups : {&groups_.surfaces, &groups_.volumes})
+      for (const GmshGroup& group : *groups) {
+        fields_.put(static_cast<int>(&group - groups->data() + 1));
+        for (const double bound : bounds) fields_.put(bound);
+        fields_.put(std::uint64_t{1});
+        fields_.put(group.tag);
+        fields_.put(static_cast<std::uint64_t>(group.surfaces.size()));
+        for (const int surface : group.surfaces) fields_.put(surface);
+      }
+    end("Entities");
+  }
+
+  void write_nodes() {
+    output_.write("$Nodes\n");
+    constexpr int not_parametric = 0;
+    put_counts(fields_, 1, mesh_.points);
+    put_block(fields_, of_volumes, 0, not_parametric, mesh_.points);
+    for (std::int64_t i = 1; i <= mesh_.points; ++i) fields_.put(static_cast<std::uint64_t>(i));
+    fields_.flush();
+    mesh_.coordinates->read_back([&](std::span<const std::byte> part) { output_.write(part); });
+    end("Nodes");
+  }
+
+  void write_elements() {
+    output_.write("$Elements\n");
+    std::int64_t count = mesh_.cells;
+    for (const GmshGroup& group : groups_.surfaces) count += group.count;
+    put_counts(fields_, groups_.volumes.size() + groups_.surfaces.size(), count);
+    const ElementKind tetrahedron = tetrahedron_of(mesh_.nodes), triangle = triangle_of(mesh_.nodes);
+    for (std::size_t i = 0; i < groups_.volumes.size(); ++i) {
+      put_block(fields_, of_volumes, i, tetrahedron.number, groups_.volumes[i].count);
+      put_elements(groups_.volumes[i], *mesh_.connectivity, tetrahedron, 1);
+    }
+    for (std::size_t i = 0; i < groups_.surfaces.size(); ++i) {
+      put_block(fields_, of_surfaces, i, triangle.number, groups_.surfaces[i].count);
+      put_elements(groups_.surfaces[i], *groups_.face_nodes, triangle, 1 + mesh_.cells);
+    }
+    end("Elements");
+  }
+
+  /// Point data as "NodeData", cell data as "ElementData".
+  void write_data(const char* section, const MeshData& data, std::int64_t count) {
+    // No real numbers but the time 0; step, components and count.
+    output_.write(fmt::format("${}\n1\n\"{}\"\n1\n0\n3\n0\n1\n{}\n", section, data.name, count));
+    std::int32_t entry = 0;
+    with_sample_type(data.type, [&](auto type) {
+      using T = decltype(type);
+      for_each_piece(data, [&](std::int64_t, std::span<const std::byte> piece) {
+        for (std::size_t i = 0; i < piece.size(); i += sizeof(T)) {
+          fields_.put(++entry);
+          fields_.put(static_cast<double>(load_little_endian<T>(piece.data() + i)));
+        }
+      });
+    });
+    end(section);
+  }
+
+ private:
+  void put_elements(const GmshGroup& group, SpoolFile& nodes, const ElementKind& kind,
+                    std::int64_t first_number) {
+    constexpr std::size_t size = sizeof(std::int64_t);
+    const std::size_t entry = kind.nodes.size() * size;
+    const auto put = [&](std::int64_t first, std::span<const std::byte> piece) {
+      for (std::size_t at = 0; at < piece.size(); at += entry) {
+        fields_.put(static_cast<std::uint64_t>(first_number + first++));
+        for (const std::size_t node : kind.nodes)
+          fields_.put(1 + load_little_endian<std::uint64_t>(piece.data() + at + node * size));
+      }
+    };
+    for_each_piece(nodes, entry, group.first, group.count, put);
+  }
+
+  void end(const char* section) {
+    fields_.flush();
+    output_.write(fmt::format("\n$End{}\n", section));
+  }
+
+  OutputFile& output_;
+  Fields fields_;
+  const MeshContents& mesh_;
+  const GmshGroups& groups_;
+};
 
 }  // namespace
 
@@ -90,103 +214,16 @@ void GmshFile::add_tetrahedra(std::span<const std::int64_t> connectivity,
   check_gmsh_count(mesh_.tetrahedra, "tetrahedra", output_.name());
 }
 
-void GmshFile::write_mesh() {
-  constexpr int binary = 1, bytes_of_size = 8;
-  output_.write(fmt::format("$MeshFormat\n4.1 {} {}\n", binary, bytes_of_size));
-  Fields fields(output_);
-  fields.put(1);  // tells the order of bytes
-  fields.flush();
-  output_.write("\n$EndMeshFormat\n");
-  if (!notes_.space.empty())
-    output_.write(fmt::format("$Comments\n{}\n$EndComments\n", space_comment(notes_)));
-  output_.write(
-      fmt::format("$PhysicalNames\n1\n{} {} \"volume\"\n$EndPhysicalNames\n", of_volumes, group_tag));
-  write_entities();
-  write_nodes();
-  write_elements();
-  write_data_of_nodes();
-  write_data_of_elements("level", [](std::byte level) { return level; });
-  write_data_of_elements("type", primitive_of);
+void write_gmsh(OutputFile& output, const MeshContents& mesh, const GmshGroups& groups) {
+  GmshOutput file(output, mesh, groups);
+  file.write_format();
+  file.write_entities();
+  file.write_nodes();
+  file.write_elements();
+  for (const MeshData& data : mesh.point_data) file.write_data("NodeData", data, mesh.points);
+  for (const MeshData& data : mesh.cell_data) file.write_data("ElementData", data, mesh.cells);
 }
 
-void GmshFile::write_entities() {
-  output_.write("$Entities\n");
-  Fields fields(output_);
-  for (const std::uint64_t count : {0, 0, 0, 1}) fields.put(count);  // points, curves, surfaces, volumes
-  fields.put(volume_tag);
-  for (const double bound : bounds_of(mesh_.coordinates)) fields.put(bound);
-  fields.put(std::uint64_t{1});
-  fields.put(group_tag);
-  fields.put(std::uint64_t{0});  // surfaces around it
-  fields.flush();
-  output_.write("\n$EndEntities\n");
-}
-
-void GmshFile::write_nodes() {
-  output_.write("$Nodes\n");
-  Fields fields(output_);
-  constexpr int not_parametric = 0;
-  put_block(fields, mesh_.points, not_parametric);
-  for (std::int64_t i = 1; i <= mesh_.points; ++i) fields.put(static_cast<std::uint64_t>(i));
-  fields.flush();
-  mesh_.coordinates.read_back([&](std::span<const std::byte> part) { output_.write(part); });
-  output_.write("\n$EndNodes\n");
-}
-
-void GmshFile::write_elements() {
-  output_.write("$Elements\n");
-  Fields fields(output_);
-  put_block(fields, mesh_.tetrahedra, gmsh_tetrahedron);
-  constexpr std::size_t entry = 4 * sizeof(std::int64_t);
-  for_each_piece(mesh_.connectivity, entry, [&](std::int64_t first, std::span<const std::byte> piece) {
-    for (std::size_t i = 0; i < piece.size(); i += sizeof(std::int64_t)) {
-      if (i % entry == 0) fields.put(static_cast<std::uint64_t>(++first));
-      fields.put(1 + load_little_endian<std::uint64_t>(piece.data() + i));
-    }
-  });
-  fields.flush();
-  output_.write("\n$EndElements\n");
-}
-
-template <class Pass>
-void GmshFile::write_data(const char* section, const char* name, std::int64_t count, Pass pass_numbers) {
-  // No real numbers but the time 0; step, components and count.
-  output_.write(fmt::format("${}\n1\n\"{}\"\n1\n0\n3\n0\n1\n{}\n", section, name, count));
-  Fields fields(output_);
-  std::int32_t entry = 0;
-  pass_numbers([&](double number) {
-    fields.put(++entry);
-    fields.put(number);
-  });
-  fields.flush();
-  output_.write(fmt::format("\n$End{}\n", section));
-}
-
-void GmshFile::write_data_of_nodes() {
-  write_data("NodeData", "value", mesh_.points, [&](const auto& put) {
-    with_sample_type(mesh_.value_type, [&](auto type) {
-      using T = decltype(type);
-      for_each_piece(mesh_.values, sizeof(T), [&](std::int64_t, std::span<const std::byte> piece) {
-        for (std::size_t i = 0; i < piece.size(); i += sizeof(T))
-          put(static_cast<double>(load_little_endian<T>(piece.data() + i)));
-      });
-    });
-  });
-  if (!notes_.has_rescale()) return;
-  write_data("NodeData", "rescaled", mesh_.points, [&](const auto& put) {
-    for_each_rescaled([&](std::int64_t, std::span<const std::byte> numbers) {
-      for (std::size_t i = 0; i < numbers.size(); i += sizeof(double))
-        put(load_little_endian<double>(numbers.data() + i));
-    });
-  });
-}
-
-void GmshFile::write_data_of_elements(const char* name, std::byte (*number_of)(std::byte level)) {
-  write_data("ElementData", name, mesh_.tetrahedra, [&](const auto& put) {
-    for_each_piece(mesh_.levels, 1, [&](std::int64_t, std::span<const std::byte> piece) {
-      for (const std::byte level : piece) put(static_cast<double>(std::to_integer<int>(number_of(level))));
-    });
-  });
-}
+void GmshFile::write_mesh() { write_gmsh(output_, contents(), {{{"volume", 1, 0, mesh_.tetrahedra}}, {}}); }
 
 }  // namespace tagrid

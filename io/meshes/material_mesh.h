@@ -57,6 +57,9 @@ struct MaterialMesh {
   SpoolFile faces;
 
   std::int64_t point_count() const { return static_cast<std::int64_t>(points.size() / (3 * sizeof(double))); }
+  std::int64_t element_count() const {
+    return static_cast<std::int64_t>(nodes.size() / (nodes_of_element() * sizeof(std::int64_t)));
+  }
   std::size_t nodes_of_element() const { return order == 1 ? 4 : 10; }
   std::size_t nodes_of_face() const { return order == 1 ? 3 : 6; }
 };

@@ -29,13 +29,29 @@ inline std::string space_comment(const MeshNotes& notes) {
 
 /// A file that gets its name in commit(). Memory does not grow with the mesh: data that the format wants in
 /// another order waits in nameless temporary files beside it. Failures of the system are WorldErrors.
-class NotedFile {
+class WholeFile {
  public:
   /// Throws UsageError if the output exists and `overwrite` is false.
-  NotedFile(const std::string& path, bool overwrite) : output_(path, overwrite) {}
-  virtual ~NotedFile() = default;
-  NotedFile(const NotedFile&) = delete;
-  NotedFile& operator=(const NotedFile&) = delete;
+  WholeFile(const std::string& path, bool overwrite) : output_(path, overwrite) {}
+  virtual ~WholeFile() = default;
+  WholeFile(const WholeFile&) = delete;
+  WholeFile& operator=(const WholeFile&) = delete;
+
+  /// Makes the file durable and gives it its name. REQUIRES: it is complete.
+  virtual void commit() { output_.commit(); }
+  /// Size of the entire file. REQUIRES: it is complete.
+  virtual std::uint64_t file_bytes() const { return output_.position(); }
+  /// What the user should know of the file, a sentence each. REQUIRES: it is complete.
+  virtual std::vector<std::string> warnings() const { return {}; }
+
+ protected:
+  OutputFile output_;
+};
+
+/// A file that is made of pieces.
+class NotedFile : public WholeFile {
+ public:
+  using WholeFile::WholeFile;
 
   /// To be called before the first point. If values have a slope or an intercept, a mesh gets an array
   /// `rescaled`, too.
@@ -43,15 +59,8 @@ class NotedFile {
 
   /// Puts the file together. Call it once, after the last tetrahedron or triangle.
   virtual void finish() = 0;
-  /// Makes the file durable and gives it its name. REQUIRES: finish() was called.
-  void commit() { output_.commit(); }
-  /// Size of the entire file. REQUIRES: finish() was called.
-  virtual std::uint64_t file_bytes() const { return output_.position(); }
-  /// What the user should know of the file, a sentence each. REQUIRES: finish() was called.
-  virtual std::vector<std::string> warnings() const { return {}; }
 
  protected:
-  OutputFile output_;
   MeshNotes notes_;
 };
 

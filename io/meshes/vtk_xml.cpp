@@ -6,19 +6,27 @@
 #include <span>
 
 #include "io/meshes/mesh_files.h"
+#include "io/meshes/mesh_writers.h"
 #include "io/meshes/surface_files.h"
 #include "io/volume/vtk.h"
 
 namespace tagrid {
 namespace {
 
-/// In text, VTK has the bytes of a string as numbers, with a 0 at the end.
-std::string string_array(std::string_view name, std::string_view text) {
+/// In text, VTK has the bytes of strings as numbers, with a 0 at the end of each.
+std::string string_array(std::string_view name, std::span<const std::string> texts) {
   std::string numbers;
-  for (const char c : text) numbers += fmt::format("{} ", static_cast<unsigned char>(c));
+  for (const std::string& text : texts) {
+    for (const char c : text) numbers += fmt::format("{} ", static_cast<unsigned char>(c));
+    numbers += &text == &texts.back() ? "0" : "0 ";
+  }
   return fmt::format(
-      "      <DataArray type=\"String\" Name=\"{}\" NumberOfTuples=\"1\" format=\"ascii\">{}0</DataArray>\n",
-      name, numbers);
+      "      <DataArray type=\"String\" Name=\"{}\" NumberOfTuples=\"{}\" format=\"ascii\">{}</DataArray>\n",
+      name, texts.size(), numbers);
+}
+
+std::string string_array(std::string_view name, const std::string& text) {
+  return string_array(name, std::span(&text, 1));
 }
 
 std::string number_array(std::string_view name, double number) {
@@ -27,15 +35,23 @@ std::string number_array(std::string_view name, double number) {
       name, number);
 }
 
+std::string field_array(const MeshField& field) {
+  if (!field.texts.empty()) return string_array(field.name, field.texts);
+  return fmt::format(
+      "      <DataArray type=\"Int64\" Name=\"{}\" NumberOfTuples=\"{}\" format=\"ascii\">{}</DataArray>\n",
+      field.name, field.numbers.size(), fmt::join(field.numbers, " "));
+}
+
 }  // namespace
 
-std::string vtk_field_data(const MeshNotes& notes) {
+std::string vtk_field_data(const MeshNotes& notes, const std::vector<MeshField>& fields) {
   std::string arrays;
   if (!notes.space.empty()) arrays += string_array("SPACE", notes.space);
   if (notes.has_rescale())
     arrays += number_array("rescale_slope", notes.rescale.slope) +
               number_array("rescale_intercept", notes.rescale.intercept);
   if (!notes.rescale.units.empty()) arrays += string_array("rescale_units", notes.rescale.units);
+  for (const MeshField& field : fields) arrays += field_array(field);
   return arrays.empty() ? "" : "    <FieldData>\n" + arrays + "    </FieldData>\n";
 }
 
@@ -44,30 +60,35 @@ std::string vtk_field_data(const MeshNotes& notes) {
 
 namespace {
 
-constexpr std::uint8_t vtk_tetra = 10;
+constexpr std::uint8_t vtk_tetra = 10, vtk_quadratic_tetra = 24;
 
-// The primitive of each tetrahedron, computed from its level.
-void write_types(OutputFile& output, SpoolFile& levels) {
-  write_size(output, levels.size());
-  levels.read_back([&](std::span<std::byte> part) {
-    for (std::byte& level : part) level = primitive_of(level);
-    output.write(std::span<const std::byte>(part));
-  });
-}
-
-}  // namespace
-
-std::string VtuFile::head() const {
-  std::uint64_t offset = 0;
-  const auto array = [&](std::string_view type, std::string_view name, int components, std::uint64_t bytes) {
+/// The offsets of arrays in the AppendedData section.
+class Offsets {
+ public:
+  std::string array(std::string_view type, std::string_view name, int components, std::uint64_t bytes) {
     std::string line = fmt::format("        <DataArray type=\"{}\" Name=\"{}\"", type, name);
     if (components > 1) line += fmt::format(" NumberOfComponents=\"{}\"", components);
-    line += fmt::format(" format=\"appended\" offset=\"{}\"/>\n", offset);
-    offset += 8 + bytes;
+    line += fmt::format(" format=\"appended\" offset=\"{}\"/>\n", offset_);
+    offset_ += 8 + bytes;
     return line;
-  };
-  const auto cells = static_cast<std::uint64_t>(mesh_.tetrahedra);
-  const auto points = static_cast<std::uint64_t>(mesh_.points);
+  }
+  std::string data(std::string_view element, const std::vector<MeshData>& data, std::uint64_t entries) {
+    std::string lines = fmt::format("      <{}", element);
+    if (!data.empty()) lines += fmt::format(" Scalars=\"{}\"", data.front().name);
+    lines += ">\n";
+    for (const MeshData& each : data)
+      lines += array(vtk_name_of(each.type), each.name, 1, entries * size_of(each.type));
+    return lines + fmt::format("      </{}>\n", element);
+  }
+
+ private:
+  std::uint64_t offset_ = 0;
+};
+
+std::string head_of(const MeshContents& mesh) {
+  Offsets offsets;
+  const auto cells = static_cast<std::uint64_t>(mesh.cells);
+  const auto points = static_cast<std::uint64_t>(mesh.points);
   std::string xml = fmt::format(
       "<?xml version=\"1.0\"?>\n"
       "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" "
@@ -75,36 +96,41 @@ std::string VtuFile::head() const {
       "  <UnstructuredGrid>\n"
       "{}"
       "    <Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
-      vtk_field_data(notes_), mesh_.points, mesh_.tetrahedra);
-  xml += "      <Points>\n" + array("Float64", "Points", 3, mesh_.coordinates.size()) + "      </Points>\n";
-  xml += "      <Cells>\n" + array("Int64", "connectivity", 1, mesh_.connectivity.size());
-  xml += array("Int64", "offsets", 1, cells * sizeof(std::int64_t));
-  xml += array("UInt8", "types", 1, cells) + "      </Cells>\n";
-  xml += "      <PointData Scalars=\"value\">\n" +
-         array(vtk_name_of(mesh_.value_type), "value", 1, mesh_.values.size());
-  if (notes_.has_rescale()) xml += array("Float64", "rescaled", 1, points * sizeof(double));
-  xml += "      </PointData>\n";
-  xml += "      <CellData Scalars=\"level\">\n" + array("UInt8", "level", 1, cells);
-  xml += array("UInt8", "type", 1, cells) + "      </CellData>\n";
+      vtk_field_data(mesh.notes, mesh.fields), mesh.points, mesh.cells);
+  xml += "      <Points>\n" + offsets.array("Float64", "Points", 3, mesh.coordinates->size()) +
+         "      </Points>\n";
+  xml += "      <Cells>\n" + offsets.array("Int64", "connectivity", 1, mesh.connectivity->size());
+  xml += offsets.array("Int64", "offsets", 1, cells * sizeof(std::int64_t));
+  xml += offsets.array("UInt8", "types", 1, cells) + "      </Cells>\n";
+  xml += offsets.data("PointData", mesh.point_data, points);
+  xml += offsets.data("CellData", mesh.cell_data, cells);
   xml += "    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n_";
   return xml;
 }
 
-void VtuFile::write_mesh() {
-  output_.write(head());
-  write_spooled(output_, mesh_.coordinates);
-  write_spooled(output_, mesh_.connectivity);
-  write_computed<std::int64_t>(output_, mesh_.tetrahedra, [](std::int64_t i) { return 4 * (i + 1); });
-  write_computed<std::uint8_t>(output_, mesh_.tetrahedra, [](std::int64_t) { return vtk_tetra; });
-  write_spooled(output_, mesh_.values);
-  if (notes_.has_rescale()) {
-    write_size(output_, static_cast<std::uint64_t>(mesh_.points) * sizeof(double));
-    for_each_rescaled([&](std::int64_t, std::span<const std::byte> numbers) { output_.write(numbers); });
+void write_data(OutputFile& output, const std::vector<MeshData>& all, std::int64_t entries) {
+  for (const MeshData& data : all) {
+    write_size(output, static_cast<std::uint64_t>(entries) * size_of(data.type));
+    for_each_piece(data, [&](std::int64_t, std::span<const std::byte> numbers) { output.write(numbers); });
   }
-  write_spooled(output_, mesh_.levels);
-  write_types(output_, mesh_.levels);
-  output_.write("\n  </AppendedData>\n</VTKFile>\n");
 }
+
+}  // namespace
+
+void write_vtu(OutputFile& output, const MeshContents& mesh) {
+  output.write(head_of(mesh));
+  write_spooled(output, *mesh.coordinates);
+  write_spooled(output, *mesh.connectivity);
+  const auto nodes = static_cast<std::int64_t>(mesh.nodes);
+  const std::uint8_t type = nodes == 4 ? vtk_tetra : vtk_quadratic_tetra;
+  write_computed<std::int64_t>(output, mesh.cells, [&](std::int64_t i) { return nodes * (i + 1); });
+  write_computed<std::uint8_t>(output, mesh.cells, [&](std::int64_t) { return type; });
+  write_data(output, mesh.point_data, mesh.points);
+  write_data(output, mesh.cell_data, mesh.cells);
+  output.write("\n  </AppendedData>\n</VTKFile>\n");
+}
+
+void VtuFile::write_mesh() { write_vtu(output_, contents()); }
 
 // The format: VTK File Formats, "XML File Formats", PolyData with an AppendedData section.
 
@@ -158,7 +184,7 @@ class VtpFile final : public SurfaceFile {
         "    </Piece>\n"
         "  </PolyData>\n"
         "  <AppendedData encoding=\"raw\">\n_",
-        vtk_field_data({notes_.space}), vertex_count_, triangle_count_, connectivity, offsets);
+        vtk_field_data({notes_.space}, {}), vertex_count_, triangle_count_, connectivity, offsets);
   }
 
   SpoolFile points_, connectivity_;

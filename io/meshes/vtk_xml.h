@@ -14,12 +14,13 @@
 #include "io/files/output_file.h"
 #include "io/files/spool_file.h"
 #include "io/meshes/noted_file.h"
+#include "io/programs/writer_conversation.h"
 
 namespace tagrid {
 
-/// The FieldData of a VTK XML file, with its line end: the space as 3D Slicer has it, and the slope and
-/// intercept of `value`; "" if nothing is known.
-std::string vtk_field_data(const MeshNotes& notes);
+/// The FieldData of a VTK XML file, with its line end: the space as 3D Slicer has it, the slope and intercept of
+/// `value`, and `fields`; "" if there is nothing.
+std::string vtk_field_data(const MeshNotes& notes, const std::vector<MeshField>& fields);
 
 /// Writes numbers from memory to a little-endian file.
 template <class Output>

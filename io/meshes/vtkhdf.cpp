@@ -1,4 +1,5 @@
 #include "io/meshes/mesh_files.h"
+#include "io/meshes/mesh_writers.h"
 
 #include <fmt/format.h>
 
@@ -12,24 +13,17 @@
 namespace tagrid {
 namespace {
 
-/// Sends one array. `number_of` changes each of its bytes, if it is given.
-void send(WriterConversation& writer, const MeshArray& array, SpoolFile& spool,
-          std::byte (*number_of)(std::byte) = nullptr) {
-  std::vector<std::byte> changed;
-  for_each_piece(spool, array.entry_bytes, [&](std::int64_t first, std::span<const std::byte> piece) {
+/// A function that sends pieces of an array.
+auto sender(WriterConversation& writer, const MeshArray& array) {
+  return [&](std::int64_t first, std::span<const std::byte> piece) {
     writer.announce_entries(array.name, first,
                             first + static_cast<std::int64_t>(piece.size() / array.entry_bytes));
-    if (number_of != nullptr) {
-      changed.assign(piece.begin(), piece.end());
-      for (std::byte& byte : changed) byte = number_of(byte);
-      piece = changed;
-    }
     writer.write(piece.data(), piece.size());
-  });
+  };
 }
 
-WriterOptions options_of(const MeshNotes& notes) {
-  WriterOptions options = {{"format", "vtkhdf"}};
+WriterOptions options_of(const MeshNotes& notes, const std::string& layout) {
+  WriterOptions options = {{"format", layout}};
   if (!notes.space.empty()) options["space"] = notes.space;
   if (notes.has_rescale()) {
     options["rescale_slope"] = fmt::format("{}", notes.rescale.slope);
@@ -43,38 +37,40 @@ WriterOptions options_of(const MeshNotes& notes) {
 
 }  // namespace
 
-VtkhdfFile::VtkhdfFile(const std::string& path, SampleType value_type, bool overwrite)
-    : MeshFile(path, value_type, overwrite), path_(path), program_(writer_for(path, "VTKHDF", "hdf5")) {}
+Hdf5MeshWriter::Hdf5MeshWriter(OutputFile& output, const std::string& path, const std::string& format)
+    : output_(output), path_(path), program_(writer_for(path, format, "hdf5")) {}
 
-void VtkhdfFile::write_mesh() {
+void Hdf5MeshWriter::write(const MeshContents& mesh, const std::string& layout) {
   FilledFile filled(output_, path_);
   WriterConversation writer(program_);
-  MeshLayout layout = {mesh_.points,
-                       mesh_.tetrahedra,
-                       {{"value", mesh_.value_type}},
-                       {{"level", SampleType::uint8}, {"type", SampleType::uint8}}};
-  if (notes_.has_rescale()) layout.point_data.emplace_back("rescaled", SampleType::float64);
-  WriterReady ready = writer.begin(filled.path(), filled.name(), layout, options_of(notes_));
+  MeshLayout wanted = {mesh.points, mesh.cells, {}, {}, mesh.nodes, mesh.fields};
+  for (const MeshData& data : mesh.point_data) wanted.point_data.emplace_back(data.name, data.type);
+  for (const MeshData& data : mesh.cell_data) wanted.cell_data.emplace_back(data.name, data.type);
+  WriterReady ready = writer.begin(filled.path(), filled.name(), wanted, options_of(mesh.notes, layout));
   if (ready.memory > memory_of_writer)
     throw WorldError(
         fmt::format("{}: the program {} wants {} bytes of memory to write a mesh, which is more than {}",
                     output_.name(), program_, ready.memory, memory_of_writer));
   warnings_ = std::move(ready.warnings);
-  const std::vector<MeshArray> arrays = layout.arrays();
-  send(writer, arrays[0], mesh_.coordinates);
-  send(writer, arrays[1], mesh_.connectivity);
-  send(writer, arrays[2], mesh_.values);
-  const std::size_t cell_data = 2 + layout.point_data.size();
-  if (notes_.has_rescale())
-    for_each_rescaled([&](std::int64_t first, std::span<const std::byte> numbers) {
-      writer.announce_entries(arrays[3].name, first,
-                              first + static_cast<std::int64_t>(numbers.size() / sizeof(double)));
-      writer.write(numbers.data(), numbers.size());
-    });
-  send(writer, arrays[cell_data], mesh_.levels);
-  send(writer, arrays[cell_data + 1], mesh_.levels, primitive_of);
+  const std::vector<MeshArray> arrays = wanted.arrays();
+  auto array = arrays.begin();
+  for (SpoolFile* spool : {mesh.coordinates, mesh.connectivity}) {
+    for_each_piece(*spool, array->entry_bytes, sender(writer, *array));
+    ++array;
+  }
+  for (const auto* all : {&mesh.point_data, &mesh.cell_data})
+    for (const MeshData& data : *all) for_each_piece(data, sender(writer, *array++));
   writer.finish();
   bytes_ = filled.complete();
 }
+
+VtkhdfFile::VtkhdfFile(const std::string& path, SampleType value_type, bool overwrite)
+    : MeshFile(path, value_type, overwrite),
+      hdf5_(std::make_unique<Hdf5MeshWriter>(output_, path, "VTKHDF")) {}
+VtkhdfFile::~VtkhdfFile() = default;
+
+std::uint64_t VtkhdfFile::file_bytes() const { return hdf5_->bytes(); }
+std::vector<std::string> VtkhdfFile::warnings() const { return hdf5_->warnings(); }
+void VtkhdfFile::write_mesh() { hdf5_->write(contents(), "vtkhdf"); }
 
 }  // namespace tagrid

@@ -50,13 +50,33 @@ MeshLayout::Data data_of(const OrderedJson& mesh, const char* what) {
   return data;
 }
 
+std::size_t nodes_of(const OrderedJson& mesh) {
+  const auto nodes = mesh.find("nodes");
+  if (nodes == mesh.end() || *nodes == 4) return 4;
+  if (*nodes != 10)
+    throw UsageError(fmt::format("tetrahedra have 4 or 10 nodes, but these have {}", nodes->dump()));
+  return 10;
+}
+
+std::vector<MeshField> fields_of(const OrderedJson& mesh) {
+  std::vector<MeshField> fields;
+  for (const OrderedJson& field : mesh.value("fields", OrderedJson::array())) {
+    MeshField& added =
+        fields.emplace_back(MeshField{field.at("name"), field.value("texts", std::vector<std::string>()),
+                                      field.value("numbers", std::vector<std::int64_t>())});
+    if (added.name.empty() || added.name.find('/') != added.name.npos || added.name == ".")
+      throw UsageError(fmt::format("a field cannot have the name {}", field.at("name").dump()));
+  }
+  return fields;
+}
+
 /// The request in a line "write-mesh". Throws UsageError if there cannot be such a mesh.
 WriteMeshRequest mesh_request_of(const OrderedJson& json) {
   const OrderedJson& mesh = json.at("mesh");
   return {json.at("path"),
           json.value("name", json.at("path").get<std::string>()),
           {count_of(mesh, "points"), count_of(mesh, "tetrahedra"), data_of(mesh, "point_data"),
-           data_of(mesh, "cell_data")},
+           data_of(mesh, "cell_data"), nodes_of(mesh), fields_of(mesh)},
           json.value("options", WriterOptions())};
 }
 

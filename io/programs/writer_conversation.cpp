@@ -35,10 +35,15 @@ Json json_of(const MeshLayout::Data& data) {
 }
 
 Json json_of(const MeshLayout& mesh) {
-  return {{"points", mesh.points},
-          {"tetrahedra", mesh.tetrahedra},
-          {"point_data", json_of(mesh.point_data)},
-          {"cell_data", json_of(mesh.cell_data)}};
+  Json json = {{"points", mesh.points},
+               {"tetrahedra", mesh.tetrahedra},
+               {"point_data", json_of(mesh.point_data)},
+               {"cell_data", json_of(mesh.cell_data)}};
+  if (mesh.nodes != 4) json["nodes"] = mesh.nodes;
+  for (const MeshField& field : mesh.fields)
+    json["fields"].push_back(field.texts.empty() ? Json{{"name", field.name}, {"numbers", field.numbers}}
+                                                 : Json{{"name", field.name}, {"texts", field.texts}});
+  return json;
 }
 
 /// Lines of older programs may be in Latin-1. JSON is UTF-8.
@@ -62,7 +67,7 @@ std::string in_utf8(std::string_view lines) {
 
 std::vector<MeshArray> MeshLayout::arrays() const {
   std::vector<MeshArray> all = {{positions_array, points, 3 * sizeof(double)},
-                                {connectivity_array, tetrahedra, 4 * sizeof(std::int64_t)}};
+                                {connectivity_array, tetrahedra, nodes * sizeof(std::int64_t)}};
   for (const auto& [name, type] : point_data) all.push_back({name, points, size_of(type)});
   for (const auto& [name, type] : cell_data) all.push_back({name, tetrahedra, size_of(type)});
   return all;

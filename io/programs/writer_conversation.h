@@ -24,6 +24,15 @@ struct MeshArray {
   bool operator==(const MeshArray&) const = default;
 };
 
+/// What is known of a mesh as a whole, by a name: texts, or numbers.
+struct MeshField {
+  std::string name;
+  std::vector<std::string> texts;
+  std::vector<std::int64_t> numbers;  ///< if there are no texts
+
+  bool operator==(const MeshField&) const = default;
+};
+
 /// A mesh of tetrahedra, as a writer is told of it before its arrays come.
 struct MeshLayout {
   /// Arrays of samples, by their names.
@@ -31,9 +40,11 @@ struct MeshLayout {
 
   std::int64_t points = 0, tetrahedra = 0;
   Data point_data, cell_data;
+  std::size_t nodes = 4;  ///< of a tetrahedron: 4, or 10
+  std::vector<MeshField> fields = {};
 
   /// All arrays, in the order in which they are sent: the positions of points (three float64), the
-  /// connectivity of tetrahedra (four int64), and the data.
+  /// connectivity of tetrahedra (int64), and the data.
   std::vector<MeshArray> arrays() const;
 };
 

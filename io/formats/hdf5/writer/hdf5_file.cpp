@@ -81,6 +81,16 @@ void Hdf5File::write(hid_t dataset, hid_t type, std::int64_t first, std::int64_t
   check(H5Dwrite(dataset, type, memory.get(), space.get(), H5P_DEFAULT, numbers));
 }
 
+void Hdf5File::add_texts(const std::string& path, const std::vector<std::string>& texts) const {
+  const Hdf5Handle type = checked(H5Tcopy(H5T_C_S1), H5Tclose);
+  check(H5Tset_size(type.get(), H5T_VARIABLE));
+  check(H5Tset_cset(type.get(), H5T_CSET_UTF8));
+  std::vector<const char*> values;
+  for (const std::string& text : texts) values.push_back(text.c_str());
+  const Hdf5Handle dataset = make_dataset(path, type.get(), {static_cast<hsize_t>(texts.size())});
+  check(H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()));
+}
+
 void Hdf5File::add_text(hid_t object, const std::string& name, const std::string& text) const {
   const Hdf5Handle type = checked(H5Tcopy(H5T_C_S1), H5Tclose);
   check(H5Tset_size(type.get(), H5T_VARIABLE));

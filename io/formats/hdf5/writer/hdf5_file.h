@@ -32,6 +32,8 @@ class Hdf5File {
   void write(hid_t dataset, hid_t type, std::int64_t first, std::int64_t count,
              const std::byte* numbers) const;
 
+  /// The data set at this path, with texts in UTF-8.
+  void add_texts(const std::string& path, const std::vector<std::string>& texts) const;
   /// A text of any length, in UTF-8.
   void add_text(hid_t object, const std::string& name, const std::string& text) const;
   /// A text in ASCII that takes as many bytes as it has.

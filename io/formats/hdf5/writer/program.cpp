@@ -1,5 +1,5 @@
-// tagrid-write-hdf5: writes volumes as data sets of HDF5 and VTKHDF files, and meshes as VTKHDF files, as
-// unstructured grids. VTKHDF, of version 1.0:
+// tagrid-write-hdf5: writes volumes as data sets of HDF5 and VTKHDF files; meshes as unstructured grids of VTKHDF files,
+// and as the data sets to which an XDMF file refers. VTKHDF, of version 1.0:
 // https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format
 
 #include <fmt/format.h>
@@ -86,22 +86,17 @@ class Hdf5Output final : public ServedOutput {
   bool is_image_ = false;
 };
 
-constexpr std::uint8_t vtk_tetra = 10;
+constexpr std::uint8_t vtk_tetra = 10, vtk_quadratic_tetra = 24;
 
 class Hdf5Mesh final : public ServedMesh {
  public:
-  explicit Hdf5Mesh(const WriteMeshRequest& request)
-      : mesh_(request.mesh), file_(request.path, request.name) {
+  Hdf5Mesh(const WriteMeshRequest& request, bool is_vtkhdf)
+      : mesh_(request.mesh), is_vtkhdf_(is_vtkhdf), file_(request.path, request.name) {
     memory = memory_of_hdf5_library + numbers_at_once * sizeof(std::int64_t);
-    const Hdf5Handle group = file_.make_group("/VTKHDF");
-    file_.add_whole_numbers(group.get(), "Version", std::array<std::int64_t, 2>{1, 0});
-    file_.add_fixed_text(group.get(), "Type", "UnstructuredGrid");
-    file_.make_group("/VTKHDF/PointData");
-    file_.make_group("/VTKHDF/CellData");
-    add_count("NumberOfPoints", mesh_.points);
-    add_count("NumberOfCells", mesh_.tetrahedra);
-    add_count("NumberOfConnectivityIds", 4 * mesh_.tetrahedra);
-    make_arrays();
+    if (is_vtkhdf_)
+      make_vtkhdf_arrays();
+    else
+      make_plain_arrays();
     add_notes(request.options);
   }
 
@@ -113,10 +108,12 @@ class Hdf5Mesh final : public ServedMesh {
 
   std::vector<std::pair<std::string, std::string>> finish() override {
     for (Array& array : arrays_) file_.close(std::move(array.dataset));
-    add_numbers<std::int64_t>("Offsets", H5T_STD_I64LE, mesh_.tetrahedra + 1,
-                              [](std::int64_t i) { return 4 * i; });
-    add_numbers<std::uint8_t>("Types", H5T_STD_U8LE, mesh_.tetrahedra,
-                              [](std::int64_t) { return vtk_tetra; });
+    if (is_vtkhdf_) {
+      add_numbers<std::int64_t>("Offsets", H5T_STD_I64LE, mesh_.tetrahedra + 1,
+                                [&](std::int64_t i) { return nodes() * i; });
+      const std::uint8_t type = mesh_.nodes == 4 ? vtk_tetra : vtk_quadratic_tetra;
+      add_numbers<std::uint8_t>("Types", H5T_STD_U8LE, mesh_.tetrahedra, [&](std::int64_t) { return type; });
+    }
     file_.close();
     return {};
   }
@@ -130,26 +127,57 @@ class Hdf5Mesh final : public ServedMesh {
     std::int64_t numbers = 1;  ///< of the slowest axis, for each entry
   };
 
-  static std::string path_of(const std::string& name) { return "/VTKHDF/" + name; }
+  std::string path_of(const std::string& name) const { return (is_vtkhdf_ ? "/VTKHDF/" : "/") + name; }
+  static hsize_t size(std::int64_t n) { return static_cast<hsize_t>(n); }
+  std::int64_t nodes() const { return static_cast<std::int64_t>(mesh_.nodes); }
 
-  void make_arrays() {
-    const auto size = [](std::int64_t n) { return static_cast<hsize_t>(n); };
-    const auto make = [&](const std::string& name, hid_t type, const std::vector<hsize_t>& dims,
-                          std::int64_t numbers = 1) {
-      arrays_.push_back({file_.make_dataset(path_of(name), type, dims), type, numbers});
-    };
+  void make(const std::string& name, hid_t type, const std::vector<hsize_t>& dims, std::int64_t numbers = 1) {
+    arrays_.push_back({file_.make_dataset(path_of(name), type, dims), type, numbers});
+  }
+  void make_data(const std::string& group, const MeshLayout::Data& data, std::int64_t entries) {
+    for (const auto& [name, type] : data) make(group + name, hdf5_type_of(type), {size(entries)});
+  }
+
+  void make_vtkhdf_arrays() {
+    const Hdf5Handle group = file_.make_group("/VTKHDF");
+    file_.add_whole_numbers(group.get(), "Version", std::array<std::int64_t, 2>{1, 0});
+    file_.add_fixed_text(group.get(), "Type", "UnstructuredGrid");
+    file_.make_group("/VTKHDF/PointData");
+    file_.make_group("/VTKHDF/CellData");
+    add_count("NumberOfPoints", mesh_.points);
+    add_count("NumberOfCells", mesh_.tetrahedra);
+    add_count("NumberOfConnectivityIds", nodes() * mesh_.tetrahedra);
     make("Points", H5T_IEEE_F64LE, {size(mesh_.points), 3});
-    make("Connectivity", H5T_STD_I64LE, {size(4 * mesh_.tetrahedra)}, 4);
-    for (const auto& [name, type] : mesh_.point_data)
-      make("PointData/" + name, hdf5_type_of(type), {size(mesh_.points)});
-    for (const auto& [name, type] : mesh_.cell_data)
-      make("CellData/" + name, hdf5_type_of(type), {size(mesh_.tetrahedra)});
+    make("Connectivity", H5T_STD_I64LE, {size(nodes() * mesh_.tetrahedra)}, nodes());
+    make_data("PointData/", mesh_.point_data, mesh_.points);
+    make_data("CellData/", mesh_.cell_data, mesh_.tetrahedra);
+    add_fields();
+  }
+
+  /// For XDMF: nothing but the numbers, in as many dimensions as readers expect.
+  void make_plain_arrays() {
+    make("points", H5T_IEEE_F64LE, {size(mesh_.points), 3});
+    make("tetrahedra", H5T_STD_I64LE, {size(mesh_.tetrahedra), size(nodes())});
+    make_data("", mesh_.point_data, mesh_.points);
+    make_data("", mesh_.cell_data, mesh_.tetrahedra);
+  }
+
+  void add_fields() {
+    if (mesh_.fields.empty()) return;
+    file_.make_group("/VTKHDF/FieldData");
+    for (const MeshField& field : mesh_.fields)
+      if (field.texts.empty())
+        add_numbers<std::int64_t>("FieldData/" + field.name, H5T_STD_I64LE,
+                                  static_cast<std::int64_t>(field.numbers.size()),
+                                  [&](std::int64_t i) { return field.numbers[static_cast<std::size_t>(i)]; });
+      else
+        file_.add_texts(path_of("FieldData/" + field.name), field.texts);
   }
 
   /// What the values and the coordinates mean, where files of volumes have it: at the first data set of
-  /// points.
+  /// points, or of cells.
   void add_notes(const WriterOptions& options) {
-    if (mesh_.point_data.empty()) return;
+    if (arrays_.size() < 3) return;
     const hid_t values = arrays_[2].dataset.get();
     for (const auto& [name, text] : options) {
       if (name == "space" || name == "rescale_units") file_.add_text(values, name, text);
@@ -182,6 +210,7 @@ class Hdf5Mesh final : public ServedMesh {
   }
 
   MeshLayout mesh_;
+  bool is_vtkhdf_;
   Hdf5File file_;
   std::vector<Array> arrays_;  // closed before the file
 };
@@ -198,10 +227,11 @@ std::unique_ptr<ServedOutput> begin_hdf5(const WriteRequest& request) {
 std::unique_ptr<ServedMesh> begin_hdf5_mesh(const WriteMeshRequest& request) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   const auto format = request.options.find("format");
-  if (format != request.options.end() && format->second != "vtkhdf")
+  const std::string layout = format == request.options.end() ? "vtkhdf" : format->second;
+  if (layout != "vtkhdf" && layout != "xdmf")
     throw UsageError(
-        fmt::format("{}: meshes are written as VTKHDF, not as {}", request.name, format->second));
-  return std::make_unique<Hdf5Mesh>(request);
+        fmt::format("{}: meshes are written as VTKHDF or for XDMF, not as {}", request.name, layout));
+  return std::make_unique<Hdf5Mesh>(request, layout == "vtkhdf");
 }
 
 }  // namespace
