@@ -14,6 +14,7 @@
 #include "io/meshes/formats.h"
 #include "io/metadata/foreign_geometry.h"
 #include "io/metadata/lengths.h"
+#include "pipeline/materials/plan.h"
 #include "pipeline/materials/sample_window.h"
 #include "pipeline/materials/settings.h"
 #include "pipeline/reading/read_region.h"
@@ -22,45 +23,6 @@
 
 namespace tagrid {
 namespace {
-
-constexpr std::int64_t points_of_brick = 64;  // along an edge, if root cubes are not larger
-constexpr std::size_t bytes_for_edges = std::size_t{256} << 20;
-
-BrickGrid bricks_of(const MaterialLattice& lattice) {
-  return {lattice.domain(), static_cast<int>(std::max<std::int64_t>(1, points_of_brick / lattice.cube_size))};
-}
-
-// The bricks of a layer that may have tetrahedra, and the samples that they need.
-struct Layer {
-  std::vector<Box> bricks;
-  Box samples{{0, 0, 0}, {-1, -1, -1}};
-
-  void add(const Box& closed, const Box& needed) {
-    bricks.push_back(closed);
-    if (samples.empty()) samples = needed;
-    for (int axis = 0; axis < 3; ++axis) {
-      samples.low[axis] = std::min(samples.low[axis], needed.low[axis]);
-      samples.high[axis] = std::max(samples.high[axis], needed.high[axis]);
-    }
-  }
-};
-
-Box samples_for(const MaterialMeshJob& job, const Box& closed_box) {
-  const MaterialLattice& lattice = job.settings.lattice;
-  return job.places.around(intersection(lattice.region(closed_box), lattice.box()), job.reach());
-}
-
-std::vector<Layer> layers_of(const MaterialMeshJob& job) {
-  const BrickGrid bricks = bricks_of(job.settings.lattice);
-  std::vector<Layer> layers(static_cast<std::size_t>(bricks.bricks(2)));
-  for (std::int64_t b = 0; b < bricks.count(); ++b) {
-    const Index3 position = bricks.position(b);
-    const Box closed = bricks.closed_box(position);
-    if (may_meet_region(job.settings, closed))
-      layers[static_cast<std::size_t>(position.z)].add(closed, samples_for(job, closed));
-  }
-  return layers;
-}
 
 BrickMesh mesh_of(const MaterialMeshJob& job, const SampleWindow& window, const Box& closed_box) {
   const Box box = samples_for(job, closed_box);
@@ -75,7 +37,7 @@ BrickMesh mesh_of(const MaterialMeshJob& job, const SampleWindow& window, const 
 }
 
 // Bricks are made by all threads, and put together in order.
-void add_layer(const MaterialMeshJob& job, const SampleWindow& window, const Layer& layer, int threads,
+void add_layer(const MaterialMeshJob& job, const SampleWindow& window, const MeshLayer& layer, int threads,
                MeshAssembler& assembler) {
   using oneapi::tbb::filter_mode;
   std::size_t next = 0;
@@ -88,12 +50,24 @@ void add_layer(const MaterialMeshJob& job, const SampleWindow& window, const Lay
   };
   const auto add = [&](const std::shared_ptr<const BrickMesh>& brick) { assembler.add(*brick); };
   oneapi::tbb::parallel_pipeline(
-      static_cast<std::size_t>(2 * threads),
+      static_cast<std::size_t>(bricks_in_flight(threads)),
       oneapi::tbb::make_filter<void, std::size_t>(filter_mode::serial_in_order, number_of_brick) &
           oneapi::tbb::make_filter<std::size_t, std::shared_ptr<const BrickMesh>>(filter_mode::parallel,
                                                                                   make) &
           oneapi::tbb::make_filter<std::shared_ptr<const BrickMesh>, void>(filter_mode::serial_in_order,
                                                                            add));
+}
+
+void add_layers(const TagBricks& samples, const MaterialMeshJob& job, const std::vector<MeshLayer>& layers,
+                int thread_count, MeshAssembler& assembler, const Progress& progress) {
+  SampleWindow window(samples, job.numbers, samples_of(layers), thread_count, progress);
+  Threads threads(thread_count);
+  for (const MeshLayer& layer : layers) {
+    if (layer.bricks.empty()) continue;
+    window.move_to(layer.samples.low.z, layer.samples.high.z);
+    threads.run([&] { add_layer(job, window, layer, threads.count(), assembler); });
+    assembler.end_layer(layer.bricks.front().high.z);
+  }
 }
 
 MaterialMesh empty_mesh(const Geometry& geometry, const MaterialMeshJob& job, const std::string& path) {
@@ -123,21 +97,13 @@ void warn_of_missing(const MaterialMeshJob& job, MadeMaterialMesh& result, bool 
 
 MadeMaterialMesh make_material_mesh(const TagBricks& samples, const Geometry& geometry,
                                     const MaterialMeshOptions& options, const std::string& path,
-                                    const Resources& resources, const Progress& progress) {
+                                    const Resources& resources, std::uint64_t besides,
+                                    const Progress& progress) {
   const MaterialMeshJob job = settle_material_mesh(samples, geometry, options);
-  const std::vector<Layer> layers = layers_of(job);
-  Layer all;
-  for (const Layer& layer : layers)
-    if (!layer.bricks.empty()) all.add({}, layer.samples);
+  const std::vector<MeshLayer> layers = layers_of(job);
+  const int thread_count = threads_for_mesh(samples.parameters(), job, layers, resources, besides);
   MeshAssembler assembler(job.settings, path);
-  SampleWindow window(samples, job.numbers, all.samples, resources.threads, progress);
-  Threads threads(resources.threads);
-  for (const Layer& layer : layers) {
-    if (layer.bricks.empty()) continue;
-    window.move_to(layer.samples.low.z, layer.samples.high.z);
-    threads.run([&] { add_layer(job, window, layer, threads.count(), assembler); });
-    assembler.end_layer(layer.bricks.front().high.z);
-  }
+  add_layers(samples, job, layers, thread_count, assembler, progress);
   MadeMaterialMesh made{empty_mesh(geometry, job, path), {}, job.fine, job.coarse, {}};
   made.quality = assembler.finish(job.names, options.parts, made.mesh);
   count_touching_edges(made.mesh, made.quality, bytes_for_edges);
@@ -169,7 +135,7 @@ Finished<MaterialMeshResult> write_material_mesh(const MaterialMeshRun& run) {
   const std::shared_ptr<MaterialMeshFile> output = format.create_materials(run.output, options.overwrite);
   MadeMaterialMesh made =
       make_material_mesh(labels ? *labels : file, in_one_unit(file.header().metadata.geometry()), options,
-                         run.output, run.resources, run.progress);
+                         run.output, run.resources, format.memory_of_writer, run.progress);
   output->write(made.mesh);
   MaterialMeshResult result{
       {file.header(), file.index(), file.sizes().file, output->file_bytes(), std::move(made.warnings)},

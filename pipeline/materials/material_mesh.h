@@ -73,11 +73,13 @@ struct MadeMaterialMesh {
 /// the last complete cube. Every tetrahedron has one material; interfaces are where interpolated values reach a
 /// threshold, or where another label begins to prevail. The mesh is the same for any number of threads.
 ///
-/// Memory: the slices around a layer of bricks of the mesh, a brick for each thread, and what bricks share.
+/// Memory: the slices around a layer of bricks of the mesh, a brick for each thread, and what bricks share; `besides` is
+/// that of what writes the mesh.
 /// Throws UsageError for impossible options, MemoryLimit, BrokenInput, WorldError.
 MadeMaterialMesh make_material_mesh(const TagBricks& samples, const Geometry& geometry,
                                     const MaterialMeshOptions& options, const std::string& path,
-                                    const Resources& resources, const Progress& progress = {});
+                                    const Resources& resources, std::uint64_t besides = 0,
+                                    const Progress& progress = {});
 
 using MaterialMeshRun = GridRun<MaterialMeshOptions>;
 

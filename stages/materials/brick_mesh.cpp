@@ -42,6 +42,17 @@ class Sets {
 constexpr std::array<std::array<std::size_t, 2>, 6> edges_of_element = {
     {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}}};
 
+// The most that a cube of edge H had of noise, the worst input; see tests/stages/materials/brick_mesh_bytes_test.cpp.
+struct OfCube {
+  std::uint64_t elements, vertices, vertices_and_middles, faces, candidates;
+};
+constexpr OfCube of_noise = {16, 3, 22, 11, 44};
+
+std::uint64_t cubes_of(const Box& closed_box) {
+  const Index3 size = closed_box.high - closed_box.low;
+  return static_cast<std::uint64_t>(size.x * size.y * size.z / 8);
+}
+
 class Builder {
  public:
   Builder(const Interface& interface, const MaterialMeshSettings& settings, const Box& closed_box)
@@ -56,6 +67,12 @@ class Builder {
       if (closed_box.low[axis] <= 0) own_.low[axis] = 0;
       if (closed_box.high[axis] >= settings.lattice.last[axis]) own_.high[axis] = settings.lattice.last[axis];
     }
+    // Pages that stay empty are none, and vectors that grow would take three times as much.
+    const std::uint64_t cubes = cubes_of(closed_box);
+    mesh_.elements.reserve(of_noise.elements * cubes);
+    mesh_.nodes.reserve((settings.order == 1 ? of_noise.vertices : of_noise.vertices_and_middles) * cubes);
+    mesh_.faces.reserve(of_noise.faces * cubes);
+    candidates_.reserve(of_noise.candidates * cubes);
   }
 
   void add(const MaterialTetrahedron& t) {
@@ -79,6 +96,9 @@ class Builder {
     join_faces();
     if (settings_.order == 2) add_middles();
     number_parts();
+    mesh_.nodes.shrink_to_fit();
+    mesh_.elements.shrink_to_fit();
+    mesh_.faces.shrink_to_fit();
     return std::move(mesh_);
   }
 
@@ -174,7 +194,7 @@ class Builder {
         !is_inside_region(std::array<Index3, 3>{corners.positions[of_face[0]], corners.positions[of_face[1]],
                                                 corners.positions[of_face[2]]});
     if (!is_between && (!may_end_region || face.element == BrickMesh::none)) return;
-    BrickMesh::OpenFace& open = mesh_.open_faces.emplace_back();
+    BrickMesh::OpenFace& open = candidates_.emplace_back();
     open.face = face;
     open.area = area_of(corners, of_face);
     open.may_end_region = may_end_region;
@@ -204,24 +224,23 @@ class Builder {
   }
 
   void join_faces() {
-    auto& open = mesh_.open_faces;
     std::stable_sort(
-        open.begin(), open.end(),
+        candidates_.begin(), candidates_.end(),
         [](const BrickMesh::OpenFace& a, const BrickMesh::OpenFace& b) { return a.vertices < b.vertices; });
-    std::size_t left = 0;
-    for (std::size_t i = 0; i < open.size(); ++i) {
-      if (i + 1 == open.size() || open[i].vertices != open[i + 1].vertices) {
-        open[left++] = open[i];
+    for (std::size_t i = 0; i < candidates_.size(); ++i) {
+      if (i + 1 == candidates_.size() || candidates_[i].vertices != candidates_[i + 1].vertices) {
+        mesh_.open_faces.push_back(candidates_[i]);
         continue;
       }
-      const BrickMesh::ElementFace &a = open[i].face, &b = open[i + 1].face;
-      if (const auto face = joined(a, b, open[i].area))
+      const BrickMesh::ElementFace &a = candidates_[i].face, &b = candidates_[i + 1].face;
+      if (const auto face = joined(a, b, candidates_[i].area))
         mesh_.faces.push_back(*face);
       else if (a.element != BrickMesh::none)
         sets_.join(a.element, b.element);
       ++i;
     }
-    open.resize(left);
+    candidates_.clear();
+    candidates_.shrink_to_fit();
   }
 
   void add_middles() {
@@ -277,6 +296,7 @@ class Builder {
   BccBox near_;                        ///< the next one is by its numbers, and by edges
   std::vector<std::uint32_t> places_;  ///< of vertices in mesh_.nodes
   Sets sets_;
+  std::vector<BrickMesh::OpenFace> candidates_;  ///< all faces that may be at the end of a material
   BrickMesh mesh_;
 };
 
@@ -301,6 +321,23 @@ BrickMesh mesh_of_brick(const MaterialField& field, const MaterialMeshSettings& 
   for_each_material_tetrahedron(interface, active, lattice, closed_box,
                                 [&](const MaterialTetrahedron& t) { builder.add(t); });
   return builder.finish();
+}
+
+std::uint64_t bytes_of_brick_mesh(const MaterialMeshSettings& settings, const Box& closed_box) {
+  // Where a cube has most elements, it does not have most faces.
+  const std::uint64_t nodes = settings.order == 1 ? of_noise.vertices : of_noise.vertices_and_middles;
+  return cubes_of(closed_box) *
+         (of_noise.elements * sizeof(BrickMesh::Element) + nodes * sizeof(BrickMesh::Node) +
+          of_noise.faces / 2 * sizeof(BrickMesh::Face));
+}
+
+std::uint64_t working_bytes_of_brick_mesh(const MaterialMeshSettings& settings, const Box& closed_box) {
+  // A node has a list of its middles and a number in the lattice, an element is in a set; the rest was measured.
+  const std::uint64_t lists = settings.order == 1 ? 0 : 350, others = 1200;
+  return working_bytes_of_material_mesh(settings.lattice, closed_box) +
+         bytes_of_brick_mesh(settings, closed_box) +
+         cubes_of(closed_box) * (of_noise.faces / 2 * sizeof(BrickMesh::Face) +
+                                 of_noise.candidates * sizeof(BrickMesh::OpenFace) + lists + others);
 }
 
 bool may_meet_region(const MaterialMeshSettings& settings, const Box& closed_box) {

@@ -98,6 +98,13 @@ struct BrickMesh {
   std::vector<Face> faces;
   std::vector<OpenFace> open_faces;
   std::vector<Part> parts;  ///< elements that are connected through faces within the brick
+
+  /// The heap that it takes.
+  std::uint64_t bytes() const {
+    return nodes.capacity() * sizeof(Node) + elements.capacity() * sizeof(Element) +
+           faces.capacity() * sizeof(Face) + open_faces.capacity() * sizeof(OpenFace) +
+           parts.capacity() * sizeof(Part);
+  }
 };
 
 /// The sides of two corners of a face: which one is in front, or nothing if the face is within a material or
@@ -108,6 +115,11 @@ std::optional<BrickMesh::Face> joined(const BrickMesh::ElementFace& a, const Bri
 /// REQUIRES: the field has the samples around the points of lattice.region(closed_box).
 BrickMesh mesh_of_brick(const MaterialField& field, const MaterialMeshSettings& settings,
                         const Box& closed_box);
+
+/// The most bytes of a brick of noise, the worst input: of the result, and of the peak while it is made, the result
+/// included. Samples are not.
+std::uint64_t bytes_of_brick_mesh(const MaterialMeshSettings& settings, const Box& closed_box);
+std::uint64_t working_bytes_of_brick_mesh(const MaterialMeshSettings& settings, const Box& closed_box);
 
 /// True if mesh_of_brick() may find something.
 bool may_meet_region(const MaterialMeshSettings& settings, const Box& closed_box);
