@@ -52,6 +52,9 @@ struct MaterialMeshOptions {
   std::optional<MeshLength> fine;
   /// The edge of the coarsest cubes; made smaller to be 2, 4, 8, ... times H. By default 8 H.
   std::optional<MeshLength> coarse;
+  /// Angles of at least 15 degrees (12 at the sides of the box) instead of 9, for vertices up to a tenth of H from the
+  /// interface.
+  bool best_angles = false;
   int order = 1;  ///< 2: tetrahedra of ten nodes
   /// A .tag file of labels, as large as the volume; without it, the volume has them.
   std::string label_volume;

@@ -316,7 +316,8 @@ BrickMesh mesh_of_brick(const MaterialField& field, const MaterialMeshSettings& 
   const PointMaterials materials =
       materials_of_points(field, intersection(lattice.region(closed_box), lattice.box()));
   const LatticeBits active = activity_of_materials(materials, lattice, closed_box);
-  const Interface interface(field, materials, active, lattice, lattice.surroundings(closed_box));
+  const Interface interface(field, materials, active, lattice, lattice.surroundings(closed_box),
+                            settings.rule);
   Builder builder(interface, settings, closed_box);
   for_each_material_tetrahedron(interface, active, lattice, closed_box,
                                 [&](const MaterialTetrahedron& t) { builder.add(t); });

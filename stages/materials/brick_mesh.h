@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "stages/grid/box.h"
+#include "stages/materials/interface.h"
 #include "stages/materials/material_field.h"
 #include "stages/materials/material_lattice.h"
 
@@ -22,6 +23,7 @@ struct MaterialMeshSettings {
   std::vector<bool> is_kept;  ///< by material: tetrahedra of others are left out
   /// Only tetrahedra whose bounding boxes meet this one, in parts of the lattice.
   std::optional<Box> region;
+  SnapRule rule = closest_vertices;
   int order = 1;  ///< 2: elements have nodes in the middles of their edges, too
   /// A position p, in parts of the lattice, is at origin + p.x * directions[0] + ... in the world.
   std::array<double, 3> origin{};

@@ -14,15 +14,16 @@ Square square_of(Index3 center, int axis, std::int64_t side) {
 }
 
 Interface::Interface(const MaterialField& field, const PointMaterials& materials, const LatticeBits& active,
-                     const MaterialLattice& lattice, const Box& box)
+                     const MaterialLattice& lattice, const Box& box, const SnapRule& rule)
     : field_(&field),
       active_(&active),
       lattice_(lattice),
+      rule_(rule),
       inside_{{1, 1, 1}, lattice.last - Index3{1, 1, 1}},
       points_(box),
       material_(points_.count()),
       snapped_(points_.count(), not_snapped),
-      way_(points_.count(), entire_way),
+      way_(points_.count(), rule.way),
       cuts_(points_.count() * edges_of_point, no_cut) {
   for_each_bcc_point(box, [&](Index3 p) { material_[points_.number(p)] = materials.at(p); });
   const Box centers{box.low + Index3{1, 1, 1}, box.high - Index3{1, 1, 1}};
@@ -69,7 +70,7 @@ void Interface::snap(Index3 p) {
       if (cut == no_cut) continue;
       const auto length = static_cast<std::size_t>(length_class(edge));
       const std::int64_t distance = upper ? cut_parts - cut : cut;
-      if (distance >= snap_limit(length_class(edge), is_in_end(p, upper ? lower_end : p + direction)))
+      if (distance >= rule_.limit(length_class(edge), is_in_end(p, upper ? lower_end : p + direction)))
         continue;
       const std::int64_t square = distance * distance * squared_lengths[length];
       if (square >= nearest) continue;
@@ -85,15 +86,15 @@ void Interface::shorten_ways(Index3 center) {
       const Index3 other = center + 2 * side * unit_vector(axis);
       if (!is_marked(other)) {
         const bool ends = is_at_end(center, axis, side);
-        limit_way(center, ends ? way_at_end : way_of_half_pyramids);
-        for (const Index3 corner : square) limit_way(corner, ends ? way_at_end : way_of_half_pyramids);
+        limit_way(center, ends ? rule_.at_end : rule_.of_half_pyramids);
+        for (const Index3 corner : square) limit_way(corner, ends ? rule_.at_end : rule_.of_half_pyramids);
         if (ends || !is_snapped(center)) continue;
         const auto d = static_cast<std::size_t>(diagonal(center, axis, side));
         for (std::size_t half = 0; half < 4; half += 2) {
           const std::array<Index3, 4> corners = {center, square[d + half], square[(d + half + 1) % 4],
                                                  square[(d + half + 2) % 4]};
           if (std::all_of(corners.begin(), corners.end(), [&](Index3 p) { return is_snapped(p); }))
-            for (const Index3 corner : corners) limit_way(corner, way_of_half_pyramids_if_all_are_snapped);
+            for (const Index3 corner : corners) limit_way(corner, rule_.of_half_pyramids_if_all_are_snapped);
         }
         continue;
       }
@@ -102,7 +103,7 @@ void Interface::shorten_ways(Index3 center) {
       for (std::size_t i = 0; i < 4; ++i) {
         const Index3 a = square[i], b = square[(i + 1) % 4];
         if (!is_snapped(a) || !is_snapped(b)) continue;
-        for (const Index3 corner : {center, other, a, b}) limit_way(corner, way_if_all_are_snapped);
+        for (const Index3 corner : {center, other, a, b}) limit_way(corner, rule_.if_all_are_snapped);
       }
     }
 }
@@ -116,7 +117,7 @@ int Interface::diagonal(Index3 center, int axis, std::int64_t side) const {
 
 Index3 Interface::position(const MeshVertex& vertex) const {
   constexpr std::int64_t scale = parts_per_point / cut_parts;
-  static_assert(scale == entire_way);
+  static_assert(scale == 4);  // ways are quarters
   const Index3 p = vertex.point, at_point = parts_per_point * p;
   const std::size_t number = points_.number(p);
   const auto cut_of = [&](std::size_t point, int edge) {

@@ -17,20 +17,26 @@
 
 namespace tagrid {
 
-/// An end is snapped if a cut is nearer than this: 0.412 of a short edge and 0.25 of a long one, and 0.4 of a long edge
-/// in a plane where the lattice ends. Those of pyramids need it, see docs/decisions/0065-mesh-with-materials.md.
-constexpr std::int32_t snap_limit(int length_class, bool is_in_end) {
-  return length_class == 0 ? 27001 : is_in_end ? 26214 : 16384;
-}
-/// A snapped vertex goes so many quarters of the way to its cut.
-inline constexpr std::uint8_t entire_way = 4;
-/// If all four corners of a tetrahedron are snapped, it could become flat.
-inline constexpr std::uint8_t way_if_all_are_snapped = 3;
-/// Corners of pyramids at the end of the lattice.
-inline constexpr std::uint8_t way_at_end = 3;
-/// Corners of half pyramids where tetrahedra become coarser: of others, and if all four are snapped.
-inline constexpr std::uint8_t way_of_half_pyramids = 2;
-inline constexpr std::uint8_t way_of_half_pyramids_if_all_are_snapped = 1;
+/// An end of an edge is snapped if a cut is nearer to it than a limit, in cut_parts. It then goes so many quarters of the
+/// way to its cut. How the numbers were found: docs/decisions/0065-mesh-with-materials.md.
+struct SnapRule {
+  std::int32_t of_short_edges, of_long_edges;
+  std::int32_t in_end;  ///< of long edges in a plane where the lattice ends
+  std::uint8_t way;
+  std::uint8_t if_all_are_snapped;  ///< for the corners of a tetrahedron whose corners are all snapped
+  std::uint8_t at_end;              ///< for corners of pyramids at the end of the lattice
+  /// For corners of half pyramids where tetrahedra become coarser.
+  std::uint8_t of_half_pyramids, of_half_pyramids_if_all_are_snapped;
+
+  constexpr std::int32_t limit(int length_class, bool is_in_end) const {
+    return length_class == 0 ? of_short_edges : is_in_end ? in_end : of_long_edges;
+  }
+};
+/// Vertices are on the interface, except a few; dihedral angles are at least 9 degrees.
+inline constexpr SnapRule closest_vertices = {27001, 16384, 26214, 4, 3, 3, 2, 1};
+/// Snapped vertices are up to a tenth of H from the interface; angles are at least 15 degrees, at the end of the lattice
+/// 12.
+inline constexpr SnapRule best_angles = {30802, 19661, 29491, 3, 2, 2, 1, 1};
 
 /// The four corners of a face of a cube, counterclockwise as seen from where `axis` points.
 using Square = std::array<Index3, 4>;
@@ -42,7 +48,7 @@ class Interface {
   /// The cuts and vertices in a box of points. `active`: see activity_of_materials(). `field` must stay.
   /// REQUIRES: `materials` has the points of the box.
   Interface(const MaterialField& field, const PointMaterials& materials, const LatticeBits& active,
-            const MaterialLattice& lattice, const Box& box);
+            const MaterialLattice& lattice, const Box& box, const SnapRule& rule = closest_vertices);
 
   /// The heap that the interface in a box takes.
   static std::uint64_t working_bytes(const Box& box) {
@@ -98,6 +104,7 @@ class Interface {
   const MaterialField* field_;
   const LatticeBits* active_;
   MaterialLattice lattice_;
+  SnapRule rule_;
   Box inside_;     ///< the centers of the lattice
   BccBox points_;  ///< the next ones are by its numbers
   std::vector<Material> material_;

@@ -19,6 +19,7 @@ struct MaterialVolume {
   double edge = 2;  ///< H, in units of the spacing
   std::vector<float> thresholds{0.5F};
   int cube_size = 16;
+  SnapRule rule = closest_vertices;
   std::vector<float> values;
 
   void fill(const std::function<double(double, double, double)>& value) {
@@ -73,7 +74,7 @@ inline MeshInMemory mesh_of(const MaterialVolume& volume, int bricks_edge = 1000
     const PointMaterials points =
         materials_of_points(field, intersection(lattice.region(closed), lattice.box()));
     const LatticeBits active = activity_of_materials(points, lattice, closed);
-    const Interface interface(field, points, active, lattice, lattice.surroundings(closed));
+    const Interface interface(field, points, active, lattice, lattice.surroundings(closed), volume.rule);
     for_each_material_tetrahedron(interface, active, lattice, closed, [&](const MaterialTetrahedron& t) {
       MeshInMemory::Tetrahedron& out = mesh.tetrahedra.emplace_back();
       for (std::size_t i = 0; i < 4; ++i) {

@@ -145,6 +145,9 @@ void add_material_options(CLI::App& command, MaterialTexts& texts) {
                     "Smooth interfaces of labels over W samples (default: 1; 0: not at all)");
   add_text_option(command, "--size", texts.size, "FINE[..COARSE]",
                   "Edges of the cubes at interfaces, and far from them, such as 0.5mm..4mm");
+  add_number_option(
+      command, "--angles", texts.angles, "9|15",
+      "The smallest dihedral angle within the volume: 9 degrees (default), or 15 for less exact vertices");
   add_number_option(command, "--order", texts.order, "1|2", "Tetrahedra with 4 nodes (default) or with 10");
   command.add_flag("--quality", texts.quality, "Print angles, volumes, surfaces and parts of the materials");
 }
@@ -172,14 +175,20 @@ MaterialMeshOptions material_options(const MaterialTexts& texts) {
   }
   set_size(texts.size, options);
   if (texts.order) options.order = *texts.order;
+  if (texts.angles && *texts.angles != 9 && *texts.angles != 15)
+    throw UsageError("--angles: must be 9 or 15");
+  options.best_angles = texts.angles == 15;
   return options;
 }
 
 std::string first_given(const MaterialTexts& texts) {
-  const std::pair<bool, const char*> given[] = {
-      {!texts.keep.empty(), "--keep"},        {!texts.parts.empty(), "--parts"},
-      {texts.smooth.has_value(), "--smooth"}, {!texts.size.empty(), "--size"},
-      {texts.order.has_value(), "--order"},   {texts.quality, "--quality"}};
+  const std::pair<bool, const char*> given[] = {{!texts.keep.empty(), "--keep"},
+                                                {!texts.parts.empty(), "--parts"},
+                                                {texts.smooth.has_value(), "--smooth"},
+                                                {!texts.size.empty(), "--size"},
+                                                {texts.angles.has_value(), "--angles"},
+                                                {texts.order.has_value(), "--order"},
+                                                {texts.quality, "--quality"}};
   for (const auto& [is_given, name] : given)
     if (is_given) return name;
   return "";

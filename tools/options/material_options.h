@@ -14,14 +14,14 @@ namespace tagrid {
 struct MaterialTexts {
   std::string materials, labels, label_volume, keep, parts, size;
   std::optional<double> smooth;
-  std::optional<int> order;
+  std::optional<int> order, angles;
   bool quality = false;
 
   /// True if a mesh with materials is wanted.
   bool are_given() const { return !materials.empty() || !labels.empty() || !label_volume.empty(); }
 };
 
-/// --materials, --labels, --label-volume, --keep, --parts, --smooth, --size, --order, --quality
+/// --materials, --labels, --label-volume, --keep, --parts, --smooth, --size, --angles, --order, --quality
 void add_material_options(CLI::App& command, MaterialTexts& texts);
 
 /// Throws UsageError if they contradict one another or cannot be understood. Reads a file of names of labels.

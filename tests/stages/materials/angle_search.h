@@ -32,10 +32,11 @@ struct SearchedShape {
   double if_all_are_snapped = 1;
   bool ends_at_0 = false;  ///< the lattice ends at the plane z = 0, from which no corner moves away
   bool is_cut = true;      ///< its edges may have cuts
+  SnapRule rule = closest_vertices;
 
   /// From which part of an edge on its end is not snapped.
   double limit(Index3 p, Index3 direction) const {
-    return snap_limit(dot(direction, direction) == 3 ? 0 : 1, ends_at_0 && p.z == 0 && direction.z == 0) /
+    return rule.limit(dot(direction, direction) == 3 ? 0 : 1, ends_at_0 && p.z == 0 && direction.z == 0) /
            double{cut_parts};
   }
   /// The ends of the ways of a corner.

@@ -6,8 +6,9 @@
 namespace tagrid {
 namespace {
 
-constexpr double half_way = way_of_half_pyramids / 4.0, three_quarters = way_if_all_are_snapped / 4.0,
-                 quarter = way_of_half_pyramids_if_all_are_snapped / 4.0, at_end = way_at_end / 4.0;
+constexpr SnapRule rule = closest_vertices;
+constexpr double half_way = rule.of_half_pyramids / 4.0, three_quarters = rule.if_all_are_snapped / 4.0,
+                 quarter = rule.of_half_pyramids_if_all_are_snapped / 4.0, at_end = rule.at_end / 4.0;
 
 struct Range {
   double smallest, largest;
@@ -69,6 +70,43 @@ TEST(MaterialAngles, WhereTetrahedraBecomeCoarser) {
     worst.add(AngleSearch(leaf).run(1, true));
     EXPECT_GT(worst.smallest, 24);
     EXPECT_LT(worst.largest, 143);
+  }
+}
+
+// The same, in one table, for the rule that trades place for angle.
+TEST(MaterialAngles, OfTheRuleForBestAngles) {
+  const auto shape = [](std::vector<Index3> corners, std::vector<double> parts, double if_all,
+                        bool ends = false) {
+    SearchedShape s{std::move(corners), std::move(parts), if_all, ends};
+    s.rule = best_angles;
+    return s;
+  };
+  const double way = best_angles.way / 4.0, all = best_angles.if_all_are_snapped / 4.0,
+               end = best_angles.at_end / 4.0, half = best_angles.of_half_pyramids / 4.0;
+  const SearchedShape inside = shape(interior().corners, std::vector<double>(4, way), all / way);
+  expect(AngleSearch(inside).run(2, false), {15.04, 152.19}, "two materials");
+  expect(AngleSearch(inside).run(4, false), {15.04, 152.19}, "four materials");
+  expect(AngleSearch(inside).run(1, true), {24.53, 138.73}, "all snapped");
+  const SearchedShape pyramid = shape(pyramid_at_end().corners, std::vector<double>(5, end), 1, true);
+  expect(AngleSearch(pyramid).run(2, false, 4, 100), {12.69, 155.68}, "at the end");
+  expect(AngleSearch(pyramid).run(2, true, 4, 100), {24.37, 151.52}, "at the end, all snapped");
+  const SearchedShape two =
+      shape({{-1, 1, 1}, {1, 1, 1}, {0, 0, 0}, {0, 2, 0}}, std::vector<double>(4, end), 1, true);
+  expect(AngleSearch(two).run(2, false), {15.04, 149.53}, "two corners in the end");
+  const SearchedShape one =
+      shape({{-1, 1, 1}, {1, 1, 1}, {0, 0, 0}, {0, 0, 2}}, {end, end, end, way}, 1, true);
+  expect(AngleSearch(one).run(2, false), {15.04, 149.61}, "one corner in the end");
+  for (const std::vector<Index3>& corners :
+       {std::vector<Index3>{{0, 0, 10}, {2, 0, 10}, {2, 2, 10}, {1, 1, 11}},
+        std::vector<Index3>{{0, 0, 10}, {2, 0, 10}, {2, 2, 10}, {2, 2, 12}},
+        std::vector<Index3>{{0, 0, 10}, {4, 0, 10}, {2, 2, 10}, {2, 2, 12}},
+        std::vector<Index3>{{0, 0, 10}, {4, 0, 10}, {4, 4, 10}, {2, 2, 12}}}) {
+    SearchedShape coarser = shape(corners, std::vector<double>(4, half), 1);
+    coarser.is_cut = false;
+    AngleRange worst = AngleSearch(coarser).run(1, false);
+    worst.add(AngleSearch(coarser).run(1, true));
+    EXPECT_GT(worst.smallest, 27);
+    EXPECT_LT(worst.largest, 147);
   }
 }
 

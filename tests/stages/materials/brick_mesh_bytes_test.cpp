@@ -24,7 +24,8 @@ TEST(BrickMeshWorkingBytes, AreThoseOfNoise) {
         volume.edge = edge;
         volume.thresholds = thresholds;
         volume.fill([&](double, double, double) { return static_cast<double>(random() % 1000) / 1000; });
-        MaterialMeshSettings settings{volume.lattice(), std::vector<bool>(4, true), {}, order, {}, {}, false};
+        MaterialMeshSettings settings{
+            volume.lattice(), std::vector<bool>(4, true), {}, closest_vertices, order, {}, {}, false};
         for (std::size_t a = 0; a < 3; ++a) settings.directions[a][a] = edge / 2 / parts_per_point;
         const Box closed = BrickGrid{settings.lattice.domain(), 4}.closed_box({0, 0, 0});
         const ValueField field = volume.field();

@@ -83,8 +83,9 @@ Findings check(const MaterialVolume& volume, const MeshInMemory& mesh) {
     found.materials.insert(material);
     found.parts[material] = static_cast<double>(six) / static_cast<double>(box);
   }
-  EXPECT_GE(found.angles.smallest, 9.2);
-  EXPECT_LE(found.angles.largest, 161.7);
+  const bool has_best = volume.rule.way < closest_vertices.way;
+  EXPECT_GE(found.angles.smallest, has_best ? 12.6 : 9.2);
+  EXPECT_LE(found.angles.largest, has_best ? 155.7 : 161.7);
 
   std::int64_t open = 0, crowded = 0, odd = 0;
   std::map<std::pair<int, Edge>, int> borders;  // how many faces of the border of a material an edge has
@@ -182,6 +183,14 @@ MaterialVolume noise(Index3 dims, double edge, std::vector<float> thresholds, un
 TEST(MaterialMeshLaws, NoiseOfTwoMaterials) {
   check(noise({21, 19, 23}, 1, {0.5F}, 1));
   check(noise({35, 40, 33}, 1.6, {0.7F}, 2));
+}
+
+TEST(MaterialMeshLaws, NoiseWithTheRuleForBestAngles) {
+  for (MaterialVolume volume :
+       {noise({31, 29, 33}, 1, {0.5F}, 9), noise({21, 19, 23}, 2, {0.25F, 0.5F, 0.75F}, 3)}) {
+    volume.rule = best_angles;
+    check(volume);
+  }
 }
 
 TEST(MaterialMeshLaws, NoiseOfFourMaterials) {
