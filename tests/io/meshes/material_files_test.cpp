@@ -104,8 +104,8 @@ TEST_F(MaterialFiles, ANameThatIsTakenGetsANumber) {
   made.mesh().surfaces[1].name = "soft_Bone";
   made.mesh().surfaces[2].name = "x_min";
   const std::vector<std::string> names = names_of(facet_sets(made.mesh()));
-  EXPECT_THAT(names, testing::IsSupersetOf(
-                         {"BONE_surface", "soft_Bone", "soft_bone_2", "bone_surface_2", "x_min_2"}));
+  for (const char* name : {"BONE_surface", "soft_Bone", "soft_bone_2", "bone_surface_2", "x_min_2"})
+    EXPECT_THAT(names, testing::Contains(name));
   std::set<std::string> differ;
   for (std::string name : names) {
     std::ranges::transform(name, name.begin(), [](char c) { return static_cast<char>(std::tolower(c)); });
@@ -319,7 +319,7 @@ TEST_F(MaterialFiles, BothFilesOfXdmfAppearOrNone) {
       file(taken, "mine");
       EXPECT_THROW(written->commit(), UsageError);
     }
-    EXPECT_THAT(names(), testing::UnorderedElementsAre("a.h5", "a.xdmf", taken));
+    EXPECT_THAT(names(), ElementsAre("a.h5", "a.xdmf", taken));
     EXPECT_EQ(content(taken), "mine");
     std::filesystem::remove(path(taken));
   }
