@@ -32,7 +32,8 @@ CCX = shutil.which("ccx")
 if CCX is None:
     print("skipped: there is no ccx on this machine (calculix-ccx)", file=sys.stderr)
 try:
-    from dolfinx.io import gmshio
+    from dolfinx.io import XDMFFile, gmshio
+    from mpi4py import MPI
 except ImportError:
     gmshio = None
     print("skipped: there is no dolfinx on this machine (python3-dolfinx)", file=sys.stderr)
@@ -374,9 +375,9 @@ class Gmsh(MaterialTest):
 
     @unittest.skipIf(gmshio is None, "there is no dolfinx on this machine")
     def test_fenics_finds_materials_and_surfaces(self):
-        from mpi4py import MPI
         for boxes in ORDERS:
-            mesh, cells, facets = gmshio.read_from_msh(str(self.written("a.msh", boxes)), MPI.COMM_WORLD, 0, gdim=3)
+            self.opened(self.written("a.msh", boxes))
+            mesh, cells, facets = gmshio.model_to_mesh(gmsh.model, MPI.COMM_WORLD, 0, gdim=3)
             self.assertEqual(mesh.geometry.x.shape[0], boxes.point_count)
             for name, label in boxes.labels.items():
                 self.assertEqual((cells.values == label).sum(), boxes.cell_counts[name])
@@ -452,6 +453,16 @@ class Vtk(MaterialTest):
             self.check(boxes, mesh.points, mesh.cells[0].data, numpy.ravel(mesh.cell_data["material"][0]))
             self.assertEqual({key: value.tolist() for key, value in mesh.field_data.items()},
                              {key: [label, 3] for key, label in boxes.labels.items()})
+
+    @unittest.skipIf(gmshio is None, "there is no dolfinx on this machine")
+    def test_fenics_reads_xdmf(self):
+        for boxes in ORDERS:
+            with XDMFFile(MPI.COMM_WORLD, str(self.written("a.xdmf", boxes)), "r") as file:
+                mesh = file.read_mesh(name="mesh")
+                tags = file.read_meshtags(mesh, name="mesh")
+            self.check_points(boxes, mesh.geometry.x)
+            for name, label in boxes.labels.items():
+                self.assertEqual((tags.values == label).sum(), boxes.cell_counts[name])
 
     @unittest.skipIf(h5py is None, "there is no h5py on this machine")
     def test_xdmf_says_where_each_array_is(self):
