@@ -114,6 +114,9 @@ class MaterialMeshOfBoxes {
     }
     const bool is_positive = (axes[1] - axes[0] + 3) % 3 == 1;
     if (is_positive == boxes_.mirrored) std::swap(corners[1], corners[2]);
+    // Any of the corners can be the one that is not on a surface.
+    const std::size_t turn = static_cast<std::size_t>(elements_ % 4);
+    corners = {corners[turn], corners[turn ^ 1], corners[turn ^ 2], corners[turn ^ 3]};
     const std::vector<std::int64_t> nodes = nodes_of(corners);
     mesh_.nodes.write(std::as_bytes(std::span(nodes)));
     constexpr std::size_t faces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};

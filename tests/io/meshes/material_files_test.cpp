@@ -119,11 +119,11 @@ TEST_F(MaterialFiles, AbaqusHasWhatItsManualSays) {
   EXPECT_TRUE(text.starts_with(
       "** Tetrahedra with materials; SPACE=LPS; unit=mm\n*NODE\n1,1,0,0\n2,1.1,0,0\n3,1.2,0,0\n"));
   EXPECT_THAT(text, HasSubstr("\n12,1.2,2,1e-09\n*ELEMENT, TYPE=C3D4, ELSET=bone\n1,1,2,5,11\n"));
-  EXPECT_THAT(text, HasSubstr("\n*ELEMENT, TYPE=C3D4, ELSET=soft\n7,2,3,6,12\n"));
+  EXPECT_THAT(text, HasSubstr("\n*ELEMENT, TYPE=C3D4, ELSET=soft\n7,6,12,2,3\n"));
   EXPECT_THAT(
       text,
-      HasSubstr("\n*NSET, NSET=bone_soft\n2,5,8,11\n*SURFACE, NAME=bone_soft, TYPE=ELEMENT\n1,S3\n2,S3\n*"));
-  EXPECT_THAT(text, HasSubstr("\n*SURFACE, NAME=soft_bone, TYPE=ELEMENT\n10,S1\n12,S1\n*"));
+      HasSubstr("\n*NSET, NSET=bone_soft\n2,5,8,11\n*SURFACE, NAME=bone_soft, TYPE=ELEMENT\n1,S3\n2,S4\n*"));
+  EXPECT_THAT(text, HasSubstr("\n*SURFACE, NAME=soft_bone, TYPE=ELEMENT\n10,S2\n12,S3\n*"));
   EXPECT_THAT(text, Not(HasSubstr("NSET=soft_bone"))) << "its nodes are those of bone_soft";
 }
 
