@@ -4,7 +4,6 @@
 
 #include "io/meshes/facet_sets.h"
 #include "io/meshes/material_files.h"
-#include "io/meshes/remark.h"
 #include "io/meshes/text_output.h"
 
 namespace tagrid {

@@ -45,6 +45,10 @@ void check_limits(const FormatLimits& limits, const MaterialMesh& mesh, const st
 /// Throws UsageError if the file cannot have the name.
 void check_name(const FormatLimits& limits, const std::string& name, const std::string& file);
 
+/// What a file says in a comment: "Tetrahedra with materials; SPACE=LPS; unit=mm", as far as it is known. It has no
+/// line ends, and nothing that ends a comment.
+std::string remark_of(const MaterialMesh& mesh);
+
 /// Calls use(number, numbers) for `count` entries of a spooled array of int64, from entry `first` on: `number` is that
 /// of the entry, and `numbers` are its own, `size` of them, plus `plus`.
 template <class Use>

@@ -8,14 +8,13 @@
 #include "io/errors/errors.h"
 #include "io/meshes/facet_sets.h"
 #include "io/meshes/material_files.h"
-#include "io/meshes/remark.h"
 #include "io/meshes/text_output.h"
 
 namespace tagrid {
 namespace {
 
 /// The nodes of a face in the order in which they are seen from its back.
-constexpr std::array<std::size_t, 6> turned = {0, 2, 1, 4, 3, 5};
+constexpr std::array<std::size_t, 6> turned = {0, 2, 1, 5, 4, 3};
 
 class FebioFile final : public MaterialMeshFile {
  public:
