@@ -1,9 +1,9 @@
 // The meshes with materials of a reader of the library.
-#include <cstring>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "io/meshes/mesh_contents.h"
+#include "io/bytes/little_endian.h"
 #include "pipeline/library/calls.h"
 #include "pipeline/materials/material_mesh.h"
 
