@@ -31,7 +31,7 @@ MaterialMeshOptions options_of(const tagrid_material_mesh_options& given, const 
   }
   if (given.fine != 0) options.fine = length_of(given.fine);
   if (given.coarse != 0) options.coarse = length_of(given.coarse);
-  options.best_angles = given.best_angles != 0;
+  options.prefers_angles = given.best_angles != 0;
   options.order = given.order;
   options.parts = {given.largest_parts != 0, given.least_volume};
   if (given.box != nullptr) {

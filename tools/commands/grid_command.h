@@ -1,6 +1,7 @@
 // What the commands mesh and surface have in common: each writes a form of the grid of a .tag file.
 #pragma once
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -35,7 +36,8 @@ struct GridCommand {
   /// output. `add_settings(result, settings)` adds to the settings in the report.
   template <class AddSettings>
   Result write(const Ranks& ranks, const GridForm& form,
-               Finished<Result> (*write_form)(const GridRun<Options>&), AddSettings add_settings) {
+               const std::function<Finished<Result>(const GridRun<Options>&)>& write_form,
+               AddSettings add_settings) {
     run.obey_memory_limit();
     options.region = wanted_region(region);
     options.overwrite = output.overwrite;

@@ -2,7 +2,7 @@
 
 #include "pipeline/meshes/mesh.h"
 #include "io/metadata/metadata.h"
-#include "pipeline/materials/material_mesh.h"
+#include "pipeline/parts/mesh_parts.h"
 
 #include <fmt/format.h>
 
@@ -99,10 +99,11 @@ void add_materials(const MaterialMeshResult& result, nlohmann::ordered_json& set
 }
 
 struct MaterialMeshCommand : GridCommand<MaterialMeshOptions, MaterialMeshResult> {
-  void execute(const Ranks& ranks, const MaterialTexts& texts) {
+  void execute(Ranks& ranks, const MaterialTexts& texts) {
     options = material_options(texts);
-    const MaterialMeshResult result =
-        write(ranks, {"mesh", "meshes", ".vtu"}, write_material_mesh, add_materials);
+    const MaterialMeshResult result = write(
+        ranks, {"mesh", "meshes", ".vtu"},
+        [&](const MaterialMeshRun& mesh) { return write_material_mesh(ranks, mesh); }, add_materials);
     if (result.quality.removed_parts > 0 && !run.quiet)
       say("tagrid: {}: {} parts with {} tetrahedra were left out", path, result.quality.removed_parts,
           result.quality.removed_tetrahedra);
@@ -117,7 +118,7 @@ struct MaterialMeshCommand : GridCommand<MaterialMeshOptions, MaterialMeshResult
 struct MeshState : MeshCommand {
   MaterialTexts materials;
 
-  void execute(const Ranks& ranks) {
+  void execute(Ranks& ranks) {
     if (!materials.are_given()) {
       if (const std::string option = first_given(materials); !option.empty())
         throw usage_error("{}: applies only to materials; give --materials or --labels as well", option);
