@@ -22,7 +22,7 @@ test=("${mpi[@]}" "${wheel[@]}" libgtest-dev libgmock-dev librapidcheck-dev clan
   python3-numpy python3-tifffile libtiff-tools python3-nibabel plastimatch teem-apps python3-pil
   python3-pydicom strace dcmtk dicom3tools libgdcm-tools python3-h5py python3-mrcfile python3-fabio hdf5-tools python3-vtk9 xvfb xauth libgl1-mesa-dri fonts-dejavu-core libopenjp2-tools
   openjph-tools libjxl-tools python3-olefile
-  gmsh python3-gmsh python3-meshio python3-dask python3-xarray python3-zarr python3-fsspec python3-aiohttp mypy)
+  gmsh python3-gmsh python3-meshio calculix-ccx python3-dask python3-xarray python3-zarr python3-fsspec python3-aiohttp mypy)
 # As much again as the page, for a browser to test it with.
 web=("${page[@]}" chromium)
 fuzz=("${test[@]}" libclang-rt-dev)

@@ -88,4 +88,17 @@ void check_limits(const FormatLimits& limits, const MaterialMesh& mesh, const st
   for (const MaterialElements& material : mesh.materials) check_name(limits, material.name, file);
 }
 
+std::string remark_of(const MaterialMesh& mesh) {
+  std::string remark = "Tetrahedra with materials";
+  if (!mesh.notes.space.empty()) remark += "; " + space_comment(mesh.notes);
+  if (!mesh.unit.empty()) remark += "; unit=" + mesh.unit;
+  for (char& c : remark) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7f || c == '<' || c == '>' || c == '&') c = '_';
+  }
+  // Two of them end comments of XML.
+  for (std::size_t at = 0; (at = remark.find("--", at)) != remark.npos;) remark[at + 1] = '_';
+  return remark;
+}
+
 }  // namespace tagrid

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "io/bytes/little_endian.h"
+#include "io/meshes/material_files.h"
 #include "io/meshes/material_mesh.h"
 #include "io/meshes/mesh_contents.h"
 
@@ -33,17 +34,14 @@ struct FacetSet {
 /// gets _2, _3 and so on.
 std::vector<FacetSet> facet_sets(const MaterialMesh& mesh);
 
-/// What files of a format can number and name.
-struct FormatLimits {
-  std::string_view format;  ///< its name
-  std::int64_t most = 0;    ///< points, and elements
-  std::size_t longest_name = 0;
-};
-
 /// Throws UsageError if the file cannot hold the mesh.
 void check_limits(const FormatLimits& limits, const MaterialMesh& mesh, const std::string& file);
 /// Throws UsageError if the file cannot have the name.
 void check_name(const FormatLimits& limits, const std::string& name, const std::string& file);
+
+/// What a file says in a comment: "Tetrahedra with materials; SPACE=LPS; unit=mm", as far as it is known. It has no
+/// line ends, and nothing that ends a comment.
+std::string remark_of(const MaterialMesh& mesh);
 
 /// Calls use(number, numbers) for `count` entries of a spooled array of int64, from entry `first` on: `number` is that
 /// of the entry, and `numbers` are its own, `size` of them, plus `plus`.

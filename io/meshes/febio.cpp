@@ -3,32 +3,28 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <limits>
 
 #include "io/errors/errors.h"
 #include "io/meshes/facet_sets.h"
 #include "io/meshes/material_files.h"
-#include "io/meshes/remark.h"
 #include "io/meshes/text_output.h"
 
 namespace tagrid {
 namespace {
 
 /// The nodes of a face in the order in which they are seen from its back.
-constexpr std::array<std::size_t, 6> turned = {0, 2, 1, 4, 3, 5};
+constexpr std::array<std::size_t, 6> turned = {0, 2, 1, 5, 4, 3};
 
 class FebioFile final : public MaterialMeshFile {
  public:
   using MaterialMeshFile::MaterialMeshFile;
 
   void write(MaterialMesh& mesh) override {
-    // Numbers are ints, and attributes have up to 511 characters.
-    const FormatLimits limits = {"FEBio", std::numeric_limits<std::int32_t>::max(), 500};
-    check_limits(limits, mesh, output_.name());
+    check_limits(febio_limits, mesh, output_.name());
     if (mesh.element_count() == 0)
       throw UsageError(output_.name() + ": the mesh has no tetrahedra, and FEBio reads no such file");
     const std::vector<FacetSet> sets = facet_sets(mesh);
-    for (const FacetSet& set : sets) check_name(limits, set.name, output_.name());
+    for (const FacetSet& set : sets) check_name(febio_limits, set.name, output_.name());
     text_.put("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- ");
     text_.put(remark_of(mesh));
     text_.put(" -->\n<febio_spec version=\"4.0\">\n  <Module type=\"solid\"/>\n");

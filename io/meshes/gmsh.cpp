@@ -137,17 +137,15 @@ class GmshOutput {
   void write_elements() {
     output_.write("$Elements\n");
     std::int64_t count = mesh_.cells;
+    std::size_t blocks = 0;
+    for (const auto* groups : {&groups_.surfaces, &groups_.volumes})
+      for (const GmshGroup& group : *groups) blocks += has_block(group);
     for (const GmshGroup& group : groups_.surfaces) count += group.count;
-    put_counts(fields_, groups_.volumes.size() + groups_.surfaces.size(), count);
-    const ElementKind tetrahedron = tetrahedron_of(mesh_.nodes), triangle = triangle_of(mesh_.nodes);
-    for (std::size_t i = 0; i < groups_.volumes.size(); ++i) {
-      put_block(fields_, of_volumes, i, tetrahedron.number, groups_.volumes[i].count);
-      put_elements(groups_.volumes[i], *mesh_.connectivity, tetrahedron, 1);
-    }
-    for (std::size_t i = 0; i < groups_.surfaces.size(); ++i) {
-      put_block(fields_, of_surfaces, i, triangle.number, groups_.surfaces[i].count);
-      put_elements(groups_.surfaces[i], *groups_.face_nodes, triangle, 1 + mesh_.cells);
-    }
+    put_counts(fields_, blocks, count);
+    put_blocks(groups_.volumes, of_volumes, *mesh_.connectivity, tetrahedron_of(mesh_.nodes), 1);
+    if (!groups_.surfaces.empty())
+      put_blocks(groups_.surfaces, of_surfaces, *groups_.face_nodes, triangle_of(mesh_.nodes),
+                 1 + mesh_.cells);
     end("Elements");
   }
 
@@ -169,6 +167,18 @@ class GmshOutput {
   }
 
  private:
+  /// meshio reads no blocks without elements. A mesh without any has them all the same.
+  bool has_block(const GmshGroup& group) const { return group.count > 0 || mesh_.cells == 0; }
+
+  void put_blocks(const std::vector<GmshGroup>& groups, int dimension, SpoolFile& nodes,
+                  const ElementKind& kind, std::int64_t first_number) {
+    for (std::size_t i = 0; i < groups.size(); ++i) {
+      if (!has_block(groups[i])) continue;
+      put_block(fields_, dimension, i, kind.number, groups[i].count);
+      put_elements(groups[i], nodes, kind, first_number);
+    }
+  }
+
   void put_elements(const GmshGroup& group, SpoolFile& nodes, const ElementKind& kind,
                     std::int64_t first_number) {
     constexpr std::size_t size = sizeof(std::int64_t);

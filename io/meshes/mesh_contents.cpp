@@ -1,8 +1,10 @@
 #include "io/meshes/mesh_contents.h"
 
-#include <limits>
+#include <algorithm>
+#include <utility>
 
 #include "io/meshes/mesh_files.h"
+#include "io/text/text.h"
 
 namespace tagrid {
 namespace {
@@ -38,7 +40,8 @@ MeshContents contents_of(MaterialMesh& mesh) {
       .point_data = {},
       .cell_data = {{"material", type_of_labels(mesh.materials), MaterialNumbers{&mesh.materials}}}};
   if (!mesh.materials.empty()) contents.fields = {std::move(names), std::move(labels)};
-  if (!mesh.unit.empty()) contents.fields.push_back({"unit", {mesh.unit}, {}});
+  // As the program for HDF5 can be told it.
+  if (!mesh.unit.empty() && is_utf8(mesh.unit)) contents.fields.push_back({"unit", {mesh.unit}, {}});
   // No array has samples.
   contents.notes.rescale = {};
   return contents;

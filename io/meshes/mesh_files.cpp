@@ -1,5 +1,6 @@
 #include "io/meshes/mesh_files.h"
 
+#include <algorithm>
 #include <cassert>
 
 #include "io/bytes/little_endian.h"

@@ -83,9 +83,9 @@ class XdmfFile final : public MaterialMeshFile {
     std::string xml =
         "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n  <Domain>\n"
         "    <Grid Name=\"mesh\" GridType=\"Uniform\">\n";
-    // meshio reads and writes names of materials so; other readers pass them over.
+    // meshio has names so. VTK's reader passes them over, but ends the program if there is no Value.
     if (!materials.empty()) {
-      xml += "      <Information Name=\"names\"><![CDATA[<main>";
+      xml += "      <Information Name=\"names\" Value=\"\"><![CDATA[<main>";
       for (const MaterialElements& material : materials)
         xml += fmt::format("<map key=\"{}\" dim=\"3\">{}</map>", material.name, material.label);
       xml += "</main>]]></Information>\n";

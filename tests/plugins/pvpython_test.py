@@ -59,6 +59,35 @@ with open("found.json", "w") as file:
     json.dump(found, file)
 """
 
+# The same for meshes with materials.
+LOOK_AT_MATERIALS = """
+import json, sys
+from paraview import servermanager, simple
+
+def largest_distance(grid):
+    # Of nodes from the middles of edges.
+    found, place = 0, grid.GetPoint
+    for cell in range(grid.GetNumberOfCells()):
+        ids = [grid.GetCell(cell).GetPointId(i) for i in range(grid.GetCell(cell).GetNumberOfPoints())]
+        for middle, (a, b) in zip(ids[4:], ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))):
+            found = max([found] + [abs(m - (p + q) / 2) for m, p, q in zip(place(middle), place(ids[a]), place(ids[b]))])
+    return found
+
+found = {}
+for name in sys.argv[1:]:
+    for reader in (simple.XDMFReader(FileNames=[name]), simple.Xdmf3ReaderS(FileName=[name])):
+        grid = servermanager.Fetch(reader)
+        labels = grid.GetCellData().GetArray("material")
+        volumes = servermanager.Fetch(simple.IntegrateVariables(Input=reader)).GetCellData().GetArray("Volume")
+        found.setdefault(name, []).append(
+            {"type": grid.GetCellType(0), "points": grid.GetNumberOfPoints(), "volume": volumes.GetValue(0),
+             "labels": [labels.GetValue(i) for i in range(labels.GetNumberOfTuples())], "distance": largest_distance(grid)})
+with open("found.json", "w") as file:
+    json.dump(found, file)
+"""
+# Beside the tests; see tests/support.
+WRITE_MATERIAL_MESH = pathlib.Path(PROGRAM).parent / "tests" / "write_material_mesh"
+
 DIMS = (40, 36, 30)
 # Lines of a header: where the samples are.
 PLACES = {
@@ -166,6 +195,22 @@ class Readers(unittest.TestCase):
             subprocess.run([PROGRAM, *command.split(), "-q"], cwd=self.folder, check=True)
         said = self.run_in_pvpython("\n".join(blocks)).stdout
         self.assertGreater(int(said.split()[-1]), 1000, said)
+
+    def test_both_readers_of_xdmf_read_meshes_with_materials(self):
+        if not WRITE_MATERIAL_MESH.exists():
+            self.skipTest(f"there is no {WRITE_MATERIAL_MESH}")
+        for order in (1, 2):
+            subprocess.run([WRITE_MATERIAL_MESH, f"m{order}.xdmf", f"order={order}", "cells=3,1,2", "spacing=0.5,2,1.5"], check=True,
+                           cwd=self.folder, capture_output=True, env=os.environ | {"TAGRID_READER_PATH": str(pathlib.Path(PROGRAM).parent)})
+        # Xdmf3ReaderS finds the numbers only by a complete path.
+        self.run_in_pvpython(LOOK_AT_MATERIALS, *(self.folder / f"m{order}.xdmf" for order in (1, 2)))
+        for path, meshes in json.loads((self.folder / "found.json").read_text()).items():
+            self.assertEqual(len(meshes), 2)
+            for mesh in meshes:
+                self.assertEqual((mesh["type"], mesh["points"]), (10, 24) if path.endswith("m1.xdmf") else (24, 105), path)
+                self.assertEqual(mesh["labels"], [10] * 12 + [20] * 24)
+                self.assertAlmostEqual(mesh["volume"], 1.5 * 2 * 3)
+                self.assertAlmostEqual(mesh["distance"], 0)
 
     def test_paraview_opens_tag_files(self):
         self.assertIn(self.found["opened"], ("TagridImage", "TagridMesh", "TagridStructuredGrid"))

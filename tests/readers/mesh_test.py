@@ -385,6 +385,24 @@ class Conversation(ReaderTest):
         (self.folder / "no").mkdir()
         self.refused("", None, (), before=[{"request": "write-mesh", "path": str(self.folder / "no"), "mesh": self.MESH}])
 
+    def test_tetrahedra_of_ten_nodes_and_fields(self):
+        ten = self.PIECES[:1] + (("connectivity", 0, 2, 160),) + self.PIECES[2:]
+        fields = [{"name": "material_names", "texts": ["bone", "soft"]}, {"name": "material_labels", "numbers": [1, -(1 << 40)]}]
+        self.assertEqual(self.talk(dict(self.MESH, nodes=10, fields=fields), ten)[-1]["answer"], "done")
+        if h5py is not None:
+            with h5py.File(self.folder / "a.vtkhdf") as file:
+                mesh = file["VTKHDF"]
+                self.assertEqual((mesh["Types"][:].tolist(), mesh["Offsets"][:].tolist(), mesh["Connectivity"].shape), ([24, 24], [0, 10, 20], (20,)))
+                self.assertEqual(mesh["FieldData/material_names"].asstr()[:].tolist(), ["bone", "soft"])
+                self.assertEqual(mesh["FieldData/material_labels"][:].tolist(), [1, -(1 << 40)])
+        self.assertEqual(self.talk(dict(self.MESH, nodes=4), self.PIECES)[-1]["answer"], "done")
+        for nodes in (0, 3, 5, 20, -10, "10", None):
+            self.refused("4 or 10 nodes", dict(self.MESH, nodes=nodes), ())
+        self.refused("end within the array", dict(self.MESH, nodes=10), self.PIECES[:2], finish=False)
+        for fields in ([{"name": "a/b", "numbers": [1]}], [{"name": "", "texts": ["x"]}], [{"texts": ["x"]}], [{"name": "x", "texts": [5]}],
+                       [{"name": "x", "numbers": ["y"]}], [5], "x", [{"name": "x", "numbers": [1]}] * 2):
+            self.refused("", dict(self.MESH, fields=fields), ())
+
     def test_other_writers_do_not_know_meshes(self):
         writer = PROGRAM.parent / "tagrid-write-vdb"
         if not writer.exists():

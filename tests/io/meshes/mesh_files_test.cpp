@@ -8,6 +8,7 @@
 #include "io/errors/errors.h"
 #include "io/meshes/formats.h"
 #include "io/meshes/mesh_files.h"
+#include "io/meshes/mesh_writers.h"
 #include "tests/support/ply_reader.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vtu_reader.h"

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
@@ -84,10 +85,21 @@ void Hdf5File::write(hid_t dataset, hid_t type, std::int64_t first, std::int64_t
 void Hdf5File::add_texts(const std::string& path, const std::vector<std::string>& texts) const {
   const Hdf5Handle type = checked(H5Tcopy(H5T_C_S1), H5Tclose);
   check(H5Tset_size(type.get(), H5T_VARIABLE));
-  check(H5Tset_cset(type.get(), H5T_CSET_UTF8));
+  // VTK reads no others.
+  const bool is_ascii = std::ranges::all_of(texts, [](const std::string& text) {
+    return std::ranges::all_of(text, [](char c) { return (c & 0x80) == 0; });
+  });
+  check(H5Tset_cset(type.get(), is_ascii ? H5T_CSET_ASCII : H5T_CSET_UTF8));
   std::vector<const char*> values;
   for (const std::string& text : texts) values.push_back(text.c_str());
-  const Hdf5Handle dataset = make_dataset(path, type.get(), {static_cast<hsize_t>(texts.size())});
+  // Unlike data sets of numbers, those of texts must have fill values.
+  const Hdf5Handle properties = checked(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  check(H5Pset_obj_track_times(properties.get(), false));
+  const hsize_t count = texts.size();
+  const Hdf5Handle space = checked(H5Screate_simple(1, &count, nullptr), H5Sclose);
+  const Hdf5Handle dataset = checked(H5Dcreate2(file_.get(), path.c_str(), type.get(), space.get(),
+                                                H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+                                     H5Dclose);
   check(H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()));
 }
 
