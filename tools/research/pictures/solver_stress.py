@@ -8,6 +8,7 @@ stress.vtu is that of docs/solvers.md, with the cell data `material` and `mises`
 import sys
 
 import vtk
+from PIL import Image
 
 
 def half_of(grid):
@@ -52,7 +53,7 @@ def scene(grid, array, table, viewport):
     camera.SetPosition(-3, -0.8, 0.6)
     camera.SetViewUp(0, 0, 1)
     renderer.ResetCamera()
-    camera.Zoom(1.45)
+    camera.Zoom(1.12)
     return renderer
 
 
@@ -63,12 +64,12 @@ def main():
     grid = half_of(reader.GetOutput())
     labels = grid.GetCellData().GetArray("material").GetRange()
     materials = colors([(labels[0], 0.85, 0.55, 0.5), (labels[1], 0.95, 0.92, 0.8)])
-    stresses = colors([(0, 0.15, 0.25, 0.6), (0.1, 0.3, 0.75, 0.75), (0.2, 0.95, 0.9, 0.4), (0.4, 0.8, 0.1, 0.1)])
+    stresses = colors([(0, 0.15, 0.25, 0.6), (0.1, 0.3, 0.75, 0.75), (0.25, 0.95, 0.9, 0.4), (0.6, 0.8, 0.1, 0.1)])
     left, right = scene(grid, "material", materials, (0, 0, 0.46, 1)), scene(grid, "mises", stresses, (0.46, 0, 1, 1))
     bar = vtk.vtkScalarBarActor()
     bar.SetLookupTable(stresses)
     bar.SetTitle("MPa")
-    bar.SetNumberOfLabels(5)
+    bar.SetNumberOfLabels(4)
     bar.SetLabelFormat("%.1f")
     bar.UnconstrainedFontSizeOn()
     for text in (bar.GetTitleTextProperty(), bar.GetLabelTextProperty()):
@@ -93,6 +94,7 @@ def main():
     writer.SetInputConnection(image.GetOutputPort())
     writer.SetFileName(sys.argv[2])
     writer.Write()
+    Image.open(sys.argv[2]).convert("RGB").quantize(64, dither=Image.Dither.NONE).save(sys.argv[2], optimize=True)
 
 
 if __name__ == "__main__":
