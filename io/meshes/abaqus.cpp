@@ -22,10 +22,9 @@ class AbaqusFile final : public MaterialMeshFile {
   using MaterialMeshFile::MaterialMeshFile;
 
   void write(MaterialMesh& mesh) override {
-    const FormatLimits limits = {"Abaqus", 999'999'999, 80};
-    check_limits(limits, mesh, output_.name());
+    check_limits(abaqus_limits, mesh, output_.name());
     const std::vector<FacetSet> sets = facet_sets(mesh);
-    for (const FacetSet& set : sets) check_name(limits, set.name, output_.name());
+    for (const FacetSet& set : sets) check_name(abaqus_limits, set.name, output_.name());
     text_.put("** ");
     text_.put(remark_of(mesh));
     text_.put("\n");

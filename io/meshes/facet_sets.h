@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "io/bytes/little_endian.h"
+#include "io/meshes/material_files.h"
 #include "io/meshes/material_mesh.h"
 #include "io/meshes/mesh_contents.h"
 
@@ -32,13 +33,6 @@ struct FacetSet {
 /// side of the box, of all materials (x_min). None is empty, and no two names differ only in case: a name that is taken
 /// gets _2, _3 and so on.
 std::vector<FacetSet> facet_sets(const MaterialMesh& mesh);
-
-/// What files of a format can number and name.
-struct FormatLimits {
-  std::string_view format;  ///< its name
-  std::int64_t most = 0;    ///< points, and elements
-  std::size_t longest_name = 0;
-};
 
 /// Throws UsageError if the file cannot hold the mesh.
 void check_limits(const FormatLimits& limits, const MaterialMesh& mesh, const std::string& file);

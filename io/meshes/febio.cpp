@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <limits>
 
 #include "io/errors/errors.h"
 #include "io/meshes/facet_sets.h"
@@ -21,13 +20,11 @@ class FebioFile final : public MaterialMeshFile {
   using MaterialMeshFile::MaterialMeshFile;
 
   void write(MaterialMesh& mesh) override {
-    // Numbers are ints, and attributes have up to 511 characters.
-    const FormatLimits limits = {"FEBio", std::numeric_limits<std::int32_t>::max(), 500};
-    check_limits(limits, mesh, output_.name());
+    check_limits(febio_limits, mesh, output_.name());
     if (mesh.element_count() == 0)
       throw UsageError(output_.name() + ": the mesh has no tetrahedra, and FEBio reads no such file");
     const std::vector<FacetSet> sets = facet_sets(mesh);
-    for (const FacetSet& set : sets) check_name(limits, set.name, output_.name());
+    for (const FacetSet& set : sets) check_name(febio_limits, set.name, output_.name());
     text_.put("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- ");
     text_.put(remark_of(mesh));
     text_.put(" -->\n<febio_spec version=\"4.0\">\n  <Module type=\"solid\"/>\n");

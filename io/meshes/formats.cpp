@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "io/errors/errors.h"
+#include "io/meshes/facet_sets.h"
 #include "io/meshes/mesh_files.h"
 #include "io/meshes/mesh_writers.h"
 #include "io/text/text.h"
@@ -33,10 +34,14 @@ constexpr std::array formats = {
     MeshFormat{.name = "Gmsh",
                .extensions = {".msh"},
                .create = create_mesh<GmshFile>,
-               .create_materials = create_gmsh_materials},
-    MeshFormat{.name = "Abaqus", .extensions = {".inp"}, .create_materials = create_abaqus},
-    MeshFormat{.name = "FEBio", .extensions = {".feb"}, .create_materials = create_febio},
-    MeshFormat{.name = "Medit", .extensions = {".mesh"}, .create_materials = create_medit},
+               .create_materials = create_gmsh_materials,
+               .limits = gmsh_limits},
+    MeshFormat{
+        .name = "Abaqus", .extensions = {".inp"}, .create_materials = create_abaqus, .limits = abaqus_limits},
+    MeshFormat{
+        .name = "FEBio", .extensions = {".feb"}, .create_materials = create_febio, .limits = febio_limits},
+    MeshFormat{
+        .name = "Medit", .extensions = {".mesh"}, .create_materials = create_medit, .limits = medit_limits},
     MeshFormat{.name = "XDMF",
                .extensions = {".xdmf"},
                .create_materials = create_xdmf,
@@ -52,15 +57,14 @@ constexpr auto meshes = static_cast<std::size_t>(
 constexpr auto with_materials = static_cast<std::size_t>(std::ranges::count_if(
     formats, [](const MeshFormat& format) { return format.create_materials != nullptr; }));
 
-/// What files of a format hold that cannot hold `what`; "" if the name of the file says no format.
-std::string about_other_format(const std::string& path, std::string_view what) {
+/// What files of the format hold that the name of the file says; "" if it says none.
+std::string about_format(const std::string& path) {
   for (const MeshFormat& format : formats)
     if (is_named_as_one_of(std::span(&format, 1), path))
-      return fmt::format("{} files hold {}, and cannot hold a {}; ", format.name,
+      return fmt::format("{} files hold {} only; ", format.name,
                          format.create             ? "meshes"
                          : format.create_materials ? "meshes with materials"
-                                                   : "surfaces",
-                         what);
+                                                   : "surfaces");
   return "";
 }
 
@@ -76,8 +80,8 @@ const MeshFormat& format_of(const std::string& path, std::span<const MeshFormat>
       names += std::string(names.empty() ? "" : &format == &known.back() ? " or " : ", ");
       names += extension;
     }
-  throw UsageError(fmt::format("{}: {}the name of a {} must end in {}", path, about_other_format(path, what),
-                               what, names));
+  throw UsageError(
+      fmt::format("{}: {}the name of a {} must end in {}", path, about_format(path), what, names));
 }
 
 }  // namespace
@@ -102,6 +106,15 @@ const MeshFormat& material_mesh_format_of(const std::string& path) {
 
 const MeshFormat& surface_format_of(const std::string& path) {
   return format_of(path, surface_formats(), "surface");
+}
+
+void check_names_of_materials(const MeshFormat& format, std::span<const std::string> materials,
+                              const std::string& path) {
+  for (const std::string& front : materials) {
+    check_name(format.limits, front + "_surface", path);
+    for (const std::string& back : materials)
+      if (&front != &back) check_name(format.limits, front + "_" + back, path);
+  }
 }
 
 }  // namespace tagrid

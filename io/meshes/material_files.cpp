@@ -1,10 +1,8 @@
 #include "io/meshes/material_files.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <limits>
 #include <set>
+#include <utility>
 
 #include "io/meshes/facet_sets.h"
 #include "io/meshes/mesh_writers.h"
@@ -45,10 +43,9 @@ class GmshMaterials final : public MaterialMeshFile {
   using MaterialMeshFile::MaterialMeshFile;
 
   void write(MaterialMesh& mesh) override {
-    // Nothing has data, so numbers have 64 bits.
-    const FormatLimits limits = {"Gmsh", std::numeric_limits<std::int64_t>::max(), 127};
-    check_limits(limits, mesh, output_.name());
-    for (const MaterialSurface& surface : mesh.surfaces) check_name(limits, surface.name, output_.name());
+    check_limits(gmsh_limits, mesh, output_.name());
+    for (const MaterialSurface& surface : mesh.surfaces)
+      check_name(gmsh_limits, surface.name, output_.name());
     MeshContents contents = contents_of(mesh);
     contents.cell_data.clear();
     write_gmsh(output_, contents, groups_of(mesh));

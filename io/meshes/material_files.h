@@ -1,13 +1,31 @@
 // Files of meshes with materials. Only what is in all formats is here.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "io/meshes/material_mesh.h"
 #include "io/meshes/noted_file.h"
 
 namespace tagrid {
+
+/// What files of a format can number and name.
+struct FormatLimits {
+  std::string_view format;                                       ///< its name
+  std::int64_t most = std::numeric_limits<std::int64_t>::max();  ///< points, and tetrahedra
+  std::size_t longest_name = std::numeric_limits<std::size_t>::max();
+};
+inline constexpr FormatLimits abaqus_limits = {"Abaqus", 999'999'999, 80};
+/// Nothing has data, so numbers have 64 bits.
+inline constexpr FormatLimits gmsh_limits = {.format = "Gmsh", .longest_name = 127};
+/// Numbers are ints, and attributes have up to 511 characters.
+inline constexpr FormatLimits febio_limits = {"FEBio", std::numeric_limits<std::int32_t>::max(), 500};
+/// Numbers are ints. Names are in comments; lines of some readers have up to 255 characters.
+inline constexpr FormatLimits medit_limits = {"Medit", std::numeric_limits<std::int32_t>::max(), 200};
 
 /// A file of a mesh with materials.
 class MaterialMeshFile : public WholeFile {

@@ -1,7 +1,6 @@
 // The format: libMeshb, "The Gamma Mesh Format", in ASCII, https://github.com/LoicMarechal/libMeshb
 #include <fmt/format.h>
 
-#include <limits>
 #include <utility>
 
 #include "io/errors/errors.h"
@@ -17,15 +16,14 @@ class MeditFile final : public MaterialMeshFile {
   using MaterialMeshFile::MaterialMeshFile;
 
   void write(MaterialMesh& mesh) override {
-    // Names are in comments; lines of some readers have up to 255 characters.
-    const FormatLimits limits = {"Medit", std::numeric_limits<std::int32_t>::max(), 200};
-    check_limits(limits, mesh, output_.name());
+    check_limits(medit_limits, mesh, output_.name());
     for (const MaterialElements& material : mesh.materials)
       if (!std::in_range<std::int32_t>(material.label))
         throw UsageError(
             fmt::format("{}: references of Medit files have 32 bits, too few for the label {} of {}",
                         output_.name(), material.label, material.name));
-    for (const MaterialSurface& surface : mesh.surfaces) check_name(limits, surface.name, output_.name());
+    for (const MaterialSurface& surface : mesh.surfaces)
+      check_name(medit_limits, surface.name, output_.name());
     write_head(mesh);
     text_.put("\nVertices\n");
     text_.put(mesh.point_count());

@@ -1,6 +1,7 @@
 #include "io/meshes/mesh_contents.h"
 
-#include <limits>
+#include <algorithm>
+#include <utility>
 
 #include "io/meshes/mesh_files.h"
 #include "io/text/text.h"

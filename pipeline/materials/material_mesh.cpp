@@ -33,13 +33,16 @@ MaterialMesh empty_mesh(const Geometry& geometry, const MaterialMeshJob& job, co
 }
 
 // What is kept but has no tetrahedra.
-void warn_of_missing(const MaterialMeshJob& job, MadeMaterialMesh& result, bool are_all_named) {
+void warn_of_missing(const MaterialMeshJob& job, const TagBricks& samples, MadeMaterialMesh& result,
+                     bool are_all_named) {
   if (!are_all_named) return;
+  const auto& total = samples.index().total;
+  const std::string values = fmt::format("; stored samples are from {:.6g} to {:.6g}", total.low, total.high);
   for (const auto& [material, name] : job.names.names) {
     if (!job.settings.keeps(material)) continue;
     const auto is_it = [&](const MaterialElements& m) { return m.name == name && m.count > 0; };
     if (std::none_of(result.mesh.materials.begin(), result.mesh.materials.end(), is_it))
-      result.warnings.push_back(fmt::format("no tetrahedron is of {}", name));
+      result.warnings.push_back(fmt::format("no tetrahedron is of {}{}", name, values));
   }
 }
 
@@ -50,7 +53,7 @@ MadeMaterialMesh finished(const MaterialMeshJob& job, const Geometry& geometry,
   MadeMaterialMesh made{empty_mesh(geometry, job, path), {}, job.fine, job.coarse, {}};
   made.quality = assembler.finish(job.names, options.parts, made.mesh);
   count_touching_edges(made.mesh, made.quality, bytes_for_edges);
-  warn_of_missing(job, made, !options.labels || !options.labels->names.empty());
+  warn_of_missing(job, samples, made, !options.labels || !options.labels->names.empty());
   return made;
 }
 
@@ -85,7 +88,7 @@ MadeMaterialMesh make_material_mesh(const TagBricks& samples, const Geometry& ge
     MaterialBricks bricks(samples, job, layers, threads, progress);
     add_layers(bricks, threads, assembler);
   }
-  return finished(job, geometry, options, path, assembler);
+  return finished(samples, job, geometry, options, path, assembler);
 }
 
 MaterialMeshInputs::MaterialMeshInputs(const std::string& input, std::int64_t volume,
@@ -106,7 +109,8 @@ Finished<MaterialMeshResult> write_material_mesh(const MaterialMeshRun& run, con
   const MeshFormat& format = material_mesh_format_of(run.output);
   for (const std::string& input : {run.input, options.label_volume}) {
     if (input.empty()) continue;
-    if (!is_regular_input(input))
+    // What is missing is reported when it is opened.
+    if (!is_regular_input(input) && (input == "-" || without_links(input)))
       throw UsageError(fmt::format(
           "{}: a mesh with materials needs a file that is not read in one pass; write it to a file first",
           input));
@@ -123,7 +127,7 @@ Finished<MaterialMeshResult> write_material_mesh(const MaterialMeshRun& run, con
     share(inputs, job, bricks);
     MeshAssembler assembler(job.settings, run.output);
     add_layers(layers_of(job), bricks, assembler);
-    made.emplace(finished(job, geometry, options, run.output, assembler));
+    made.emplace(finished(inputs.samples(), job, geometry, options, run.output, assembler));
   } else {
     made.emplace(make_material_mesh(inputs.samples(), geometry, options, run.output, run.resources,
                                     format.memory_of_writer, run.progress));

@@ -16,13 +16,16 @@ namespace {
 
 constexpr int smallest_cube = 4, largest_cube = 128;  // edges of root cubes, in points of the lattice
 constexpr Material no_label = 0;
+// Between samples, cubes follow interpolation only.
+constexpr int finest_part = 16;
 
 double in_units_of(const MeshLength& wanted, const CommonUnit& unit, const char* what) {
   if (!(wanted.length > 0) || !std::isfinite(wanted.length))
     throw UsageError(fmt::format("size: {} must be greater than 0", what));
   if (wanted.unit.empty()) return wanted.length;
   const auto from = length_unit(wanted.unit);
-  if (!from) throw UsageError(fmt::format("size: '{}' is not a unit of length", wanted.unit));
+  if (!from)
+    throw UsageError(fmt::format("size: '{}' is not a unit of length, such as mm or um", wanted.unit));
   const auto to = length_unit(unit.name);
   if (!unit.is_known || !to)
     throw UsageError(
@@ -51,6 +54,11 @@ void settle_lattice(const TagBricks& file, const Geometry& geometry, const Mater
   }
   const double smallest = *std::min_element(spacing.begin(), spacing.end());
   job.fine = options.fine ? in_units_of(*options.fine, unit, "the finest edge") : 2 * smallest;
+  if (job.fine * finest_part < smallest * (1 - 1e-12))
+    throw UsageError(
+        fmt::format("size: {:.6g} is too fine: samples are {:.6g} {}apart, and cubes must have at least "
+                    "1/{} of that",
+                    job.fine, smallest, job.unit.empty() ? "" : job.unit + " ", finest_part));
   job.coarse = options.coarse ? in_units_of(*options.coarse, unit, "the coarsest edge") : 8 * job.fine;
   if (job.coarse < job.fine) throw UsageError("size: the coarsest edge must not be less than the finest one");
   int cube = smallest_cube;
@@ -99,12 +107,15 @@ void check_name(const std::string& name) {
 
 void keep_named(const MaterialMeshOptions& options, MaterialMeshJob& job) {
   std::set<std::string> wanted(options.keep.begin(), options.keep.end());
+  std::string known;
   for (const auto& [material, name] : job.names.names) {
+    known += (known.empty() ? "" : ", ") + name;
     if (!options.keep.empty() && wanted.erase(name) == 0) continue;
     if (material >= job.settings.is_kept.size()) job.settings.is_kept.resize(material + std::size_t{1});
     job.settings.is_kept[material] = true;
   }
-  if (!wanted.empty()) throw UsageError(fmt::format("keep: no material is called '{}'", *wanted.begin()));
+  if (!wanted.empty())
+    throw UsageError(fmt::format("keep: no material is called '{}'; there are {}", *wanted.begin(), known));
 }
 
 void settle_values(const TagBricks& file, const MaterialMeshOptions& options, MaterialMeshJob& job) {
@@ -193,7 +204,7 @@ void settle_labels(const TagBricks& file, const MaterialMeshOptions& options, Ma
 MaterialMeshJob settle_material_mesh(const TagBricks& file, const Geometry& geometry,
                                      const MaterialMeshOptions& options) {
   MaterialMeshJob job;
-  if (options.order != 1 && options.order != 2) throw UsageError("order: it is 1 or 2");
+  if (options.order != 1 && options.order != 2) throw UsageError("order: must be 1 or 2");
   job.settings.order = options.order;
   if (options.prefers_angles) job.settings.rule = best_angles;
   settle_lattice(file, in_one_unit(geometry), options, job);

@@ -1,5 +1,6 @@
 """The commands that documents show."""
 
+import os
 import re
 import subprocess
 
@@ -30,7 +31,9 @@ def sessions(text):
 
 
 def is_complete(command):
-    return subprocess.run(["bash", "-n", "-c", command], capture_output=True).returncode == 0
+    # Bash only warns of a here-document without an end.
+    run = subprocess.run(["bash", "-n", "-c", command], capture_output=True, env=dict(os.environ, LC_ALL="C"))
+    return run.returncode == 0 and b"here-document" not in run.stderr
 
 
 def without_memory(text):

@@ -30,7 +30,7 @@ double number_in(const char* option, std::string_view text, const std::string& a
 MaterialRange range_in(std::string_view text) {
   const std::string all(text);
   const std::size_t equals = text.find('='), colon = text.find(':', equals == text.npos ? 0 : equals);
-  if (equals == text.npos || colon == text.npos)
+  if (equals == text.npos || equals == 0 || colon == text.npos)
     throw usage_error("--materials: '{}' is not NAME=LOW:HIGH, such as bone=300: or soft=-200:300", all);
   MaterialRange range{std::string(text.substr(0, equals))};
   const std::string_view low = text.substr(equals + 1, colon - equals - 1), high = text.substr(colon + 1);
@@ -57,10 +57,11 @@ void add_label(std::map<std::int64_t, std::string>& names, std::int64_t label, s
 }
 
 // The number and the name in a line of a table: CSV, a color table of 3D Slicer, or a description of labels of
-// ITK-SNAP.
+// ITK-SNAP. Names between commas, semicolons or tabs may have blanks.
 void add_line(std::map<std::int64_t, std::string>& names, std::string_view line, const std::string& where) {
   std::vector<std::string_view> fields;
-  constexpr std::string_view between = " \t,;\r";
+  const bool has_separators = line.find_first_of(",;\t") != line.npos && line.find('"') == line.npos;
+  const std::string_view between = has_separators ? "\t,;\r" : " \t,;\r";
   for (std::size_t i = line.find_first_not_of(between); i < line.size();) {
     const bool is_quoted = line[i] == '"';
     const std::size_t begin = is_quoted ? i + 1 : i;
@@ -114,8 +115,8 @@ std::map<std::int64_t, std::string> label_names(const std::string& text) {
 // A number and a unit, such as 0.5mm.
 MeshLength length_in(std::string_view text, const std::string& all) {
   const std::size_t end = text.find_last_of("0123456789.");
-  const std::size_t digits = end == text.npos ? 0 : end + 1;
-  return {number_in("--size", text.substr(0, digits), all), std::string(text.substr(digits))};
+  if (end == text.npos) throw usage_error("--size: '{}' is not a length, such as 0.5mm or 0.5mm..4mm", all);
+  return {number_in("--size", text.substr(0, end + 1), all), std::string(text.substr(end + 1))};
 }
 
 void set_size(const std::string& text, MaterialMeshOptions& options) {
@@ -170,7 +171,9 @@ MaterialMeshOptions material_options(const MaterialTexts& texts) {
   if (texts.parts == "largest") {
     options.parts.only_largest = true;
   } else if (!texts.parts.empty()) {
-    options.parts.least_volume = number_in("--parts", texts.parts, "largest or a volume");
+    const auto volume = finite_number(texts.parts);
+    if (!volume) throw usage_error("--parts: '{}' is neither largest nor a volume", texts.parts);
+    options.parts.least_volume = *volume;
     if (!(options.parts.least_volume > 0)) throw UsageError("--parts: the volume must be greater than 0");
   }
   set_size(texts.size, options);

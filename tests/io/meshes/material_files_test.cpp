@@ -3,7 +3,10 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cstdlib>
+#include <set>
 #include <sstream>
 
 #include "io/errors/errors.h"
@@ -68,11 +71,10 @@ TEST_F(MaterialFiles, TheTableSaysWhatFormatsHold) {
   EXPECT_EQ(material_mesh_format_of("-").name, "VTU");
   EXPECT_EQ(material_mesh_format_of("A.INP").name, "Abaqus");
   EXPECT_EQ(message_of<UsageError>([] { mesh_format_of("a.inp"); }),
-            "a.inp: Abaqus files hold meshes with materials, and cannot hold a mesh; the name of a mesh must "
-            "end in "
+            "a.inp: Abaqus files hold meshes with materials only; the name of a mesh must end in "
             ".vtu, .vtkhdf, .hdf or .msh");
   EXPECT_EQ(message_of<UsageError>([] { material_mesh_format_of("a.stl"); }),
-            "a.stl: STL files hold surfaces, and cannot hold a mesh with materials; the name of a mesh with "
+            "a.stl: STL files hold surfaces only; the name of a mesh with "
             "materials "
             "must end in .vtu, .vtkhdf, .hdf, .msh, .inp, .feb, .mesh or .xdmf");
   EXPECT_THAT(message_of<UsageError>([] { material_mesh_format_of("a.exo"); }), Not(HasSubstr("hold")));
@@ -244,6 +246,20 @@ TEST_F(MaterialFiles, NamesHaveALimit) {
   made.mesh().materials[1].name = std::string(128, 'a');
   EXPECT_THAT(message_of<UsageError>([&] { write("a.msh", made.mesh()); }),
               HasSubstr("up to 127 characters"));
+}
+
+TEST_F(MaterialFiles, NamesAreCheckedBeforeThereIsAMesh) {
+  const MeshFormat& abaqus = material_mesh_format_of("a.inp");
+  const std::string long_name(72, 'a'), longer_name(73, 'a');
+  EXPECT_NO_THROW(check_names_of_materials(abaqus, std::vector<std::string>{long_name, "bone"}, "a.inp"));
+  EXPECT_THAT(message_of<UsageError>([&] {
+                check_names_of_materials(abaqus, std::vector<std::string>{"bone", longer_name}, "a.inp");
+              }),
+              HasSubstr("a.inp: Abaqus files have names of up to 80 characters"));
+  EXPECT_THROW(check_names_of_materials(abaqus, std::vector<std::string>{long_name, "softer_bone"}, "a.inp"),
+               UsageError);
+  EXPECT_NO_THROW(check_names_of_materials(mesh_format_of("a.vtu"),
+                                           std::vector<std::string>{longer_name, longer_name}, "a.vtu"));
 }
 
 TEST_F(MaterialFiles, EveryFormatWritesEveryMesh) {
