@@ -270,7 +270,7 @@ class OriginalMeans {
   SumsFile sums_;
 };
 
-void add(const VerifyResult& volume, VerifyResult& all) {
+void sum_up(const VerifyResult& volume, VerifyResult& all) {
   all.bricks += volume.bricks;
   if (all.active_points && volume.active_points)
     *all.active_points += *volume.active_points;
@@ -298,7 +298,7 @@ void verify_volume(const TagBricks& file, const Member& member, VolumeSource* or
   if (original) found.geometry = compare_geometry(found.header.metadata, metadata);
   const auto again = of_original();
   verify_members(*volume, again.get(), resources);
-  if (all) add(found, *all);
+  if (all) sum_up(found, *all);
 }
 
 }  // namespace

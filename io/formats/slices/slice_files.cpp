@@ -194,8 +194,8 @@ SliceLog log_of_slices(const std::string& folder, const NumberedFiles& slices) {
   return own == nullptr ? SliceLog{} : *own;
 }
 
-void add(SliceLog log, Geometry& geometry, KeyValues& pairs, std::vector<std::string>& files,
-         std::vector<std::string>& warnings) {
+void include_log(SliceLog log, Geometry& geometry, KeyValues& pairs, std::vector<std::string>& files,
+                 std::vector<std::string>& warnings) {
   if (log.path.empty()) return;
   for (const std::string& sentence : log.warnings)
     warnings.push_back(fmt::format("{}: {}", log.path, sentence));

@@ -158,7 +158,7 @@ void find_samples(const DcmXfer& found, std::uint64_t offset, const FileSource& 
 }
 
 /// `series` receives the UID as soon as it is known.
-std::optional<DicomFile> read(const std::string& path, std::string& series) {
+std::optional<DicomFile> parsed_file(const std::string& path, std::string& series) {
   const FileSource bytes(path);
   const std::string beginning = beginning_of(bytes);
   const bool is_sure = has_magic(beginning);
@@ -203,7 +203,7 @@ std::optional<DicomFile> read(const std::string& path, std::string& series) {
 std::optional<DicomFile> read_dicom_file(const std::string& path) {
   std::string series;
   try {
-    return read(path, series);
+    return parsed_file(path, series);
   } catch (const BrokenInput& error) {
     throw BrokenDicomFile(path, error.what(), series);
   }

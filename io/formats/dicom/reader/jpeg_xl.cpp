@@ -15,7 +15,7 @@ namespace {
 
 constexpr int most_bits = 16;
 
-void check(const JxlBasicInfo& info) {
+void require_supported(const JxlBasicInfo& info) {
   const auto require = [](bool is_understood, std::string_view why) {
     if (!is_understood) throw BrokenInput(fmt::format("the JPEG XL stream {}", why));
   };
@@ -85,7 +85,7 @@ JpegXlImage decode(std::span<const std::byte> bytes, std::int64_t width, std::in
       case JXL_DEC_BASIC_INFO: {
         JxlBasicInfo info;
         require(JxlDecoderGetBasicInfo(decoder.get(), &info) == JXL_DEC_SUCCESS);
-        check(info);
+        require_supported(info);
         image = {info.xsize,
                  info.ysize,
                  static_cast<int>(info.bits_per_sample),
