@@ -72,7 +72,7 @@ void give_slices(ServedVolume& volume, std::int64_t from, std::int64_t to) {
 
 constexpr std::size_t most_listed = 10;
 
-void answer(const OrderedJson& request, const OpenServed& open, std::unique_ptr<ServedVolume>& volume) {
+void answer(const OrderedJson& request, OpenServed open, std::unique_ptr<ServedVolume>& volume) {
   const std::string what = request.value("request", "");
   if (what == "describe") {
     volume.reset();
@@ -114,8 +114,7 @@ std::size_t chosen(const std::string& path, const std::string& option, const std
   throw UsageError(fmt::format("{}: has no {} {}; {}", path, option, wanted, those));
 }
 
-int serve_volumes(const std::string& name, const OpenServed& open, const FilesBeside& beside,
-                  void (*prepare)()) {
+int serve_volumes(const std::string& name, OpenServed open, const FilesBeside& beside, void (*prepare)()) {
   // Libraries of other programs start threads, of which a twin has none.
   const bool makes_twins = prepare != nullptr;
   const OrderedJson hello = {

@@ -122,8 +122,7 @@ void say_done(ServedFile& file) {
 /// What is written: nothing yet, a volume, or a mesh.
 class Written {
  public:
-  Written(const BeginServed& begin, const BeginServedMesh& begin_mesh)
-      : begin_(begin), begin_mesh_(begin_mesh) {}
+  Written(BeginServed volume, BeginServedMesh mesh) : begin_(volume), begin_mesh_(mesh) {}
 
   /// What messages call the file.
   const std::string& name() const { return name_; }
@@ -192,8 +191,8 @@ class Written {
     say_done(*volume_);
   }
 
-  const BeginServed& begin_;
-  const BeginServedMesh& begin_mesh_;
+  BeginServed begin_;
+  BeginServedMesh begin_mesh_;
   std::string name_;
   VolumeInfo info_;
   std::unique_ptr<ServedOutput> volume_;
@@ -204,7 +203,7 @@ class Written {
 
 }  // namespace
 
-int serve_writer(const std::string& name, const BeginServed& begin, const BeginServedMesh& begin_mesh) {
+int serve_writer(const std::string& name, BeginServed begin, BeginServedMesh begin_mesh) {
   std::ios::sync_with_stdio(false);
   begin_to_answer();
   say({{"tagrid-writer", 1}, {"name", name}, {"version", TAGRID_VERSION}});

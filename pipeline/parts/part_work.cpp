@@ -185,8 +185,7 @@ PartId PartsOfRun::id(std::int64_t part) const {
   return {id_, part, rows.first_brick(bricks), rows.count(bricks), sums};
 }
 
-std::function<void(const SharedNumbers&)> look_for(const Progress& progress,
-                                                   const CodingParameters& parameters) {
+SharedWork::Look look_for(const Progress& progress, const CodingParameters& parameters) {
   if (!progress) return {};
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
   return [=](const SharedNumbers& numbers) {

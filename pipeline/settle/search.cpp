@@ -27,8 +27,9 @@ constexpr std::int64_t sampled_voxels = std::int64_t{1} << 24;
 
 // Returns the largest number for which `reaches` holds. Searches from `start` in growing steps, then between
 // the last two numbers. `least` needs no test; no number exceeds `most`.
+template <class Reaches>
 std::int64_t last_that_reaches(std::int64_t start, std::int64_t step, std::int64_t least, std::int64_t most,
-                               const std::function<bool(std::int64_t)>& reaches) {
+                               Reaches reaches) {
   std::int64_t low = std::clamp(start, least, most), high = low;
   if (low == least || reaches(low)) {
     for (;; step *= 2) {

@@ -285,7 +285,7 @@ void sum_up(const VerifyResult& volume, VerifyResult& all) {
 }
 
 void verify_volume(const TagBricks& file, const Member& member, VolumeSource* original,
-                   const Resources& resources, VerifyResult* all, const SetupAgainst& against) {
+                   const Resources& resources, VerifyResult* all, SetupAgainst against) {
   const auto volume = file.nested(member);
   const auto of_original = [&] {
     return original ? one_of_volumes(*original, member.factor) : std::unique_ptr<VolumeSource>();
@@ -304,7 +304,7 @@ void verify_volume(const TagBricks& file, const Member& member, VolumeSource* or
 }  // namespace
 
 void verify_members(const TagBricks& file, VolumeSource* original, const Resources& resources,
-                    VerifyResult* all, const SetupAgainst& against) {
+                    VerifyResult* all, SetupAgainst against) {
   for (const Member& member : file.index().members) {
     if (member.is_volume()) verify_volume(file, member, original, resources, all, against);
     // Whoever read the file front to back has checked this, but not who read its bricks by its index.

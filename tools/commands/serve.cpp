@@ -51,12 +51,13 @@ struct ServeCommand {
       }
       return {};
     };
-    serve_until_interrupted(site, port, [&](const std::string& machine, const EndSignals&) {
-      page = page_of(images, machine, site.origins);
-      for (const Image& image : images) std::cout << machine << image.path << std::endl;
-      flush_standard_output();
-      if (!run.quiet) tell(images, machine, site.origins);
-    });
+    LocalSite local(port);
+    const std::string machine = local.machine();
+    page = page_of(images, machine, site.origins);
+    for (const Image& image : images) std::cout << machine << image.path << std::endl;
+    flush_standard_output();
+    if (!run.quiet) tell(images, machine, site.origins);
+    local.serve_until_interrupted(site);
   }
 
   /// What browsers send as the origin of the pages of a site: nothing follows the host and the port, and the

@@ -65,13 +65,14 @@ struct ViewCommand {
     site.entrance = root + "?src=" + percent_encoded(path);
     site.ticket = "/" + random_token();
 
-    serve_until_interrupted(site, port, [&](const std::string& machine, const EndSignals& signals) {
-      std::cout << machine << site.entrance << std::endl;
-      flush_standard_output();
-      if (!no_browser && !signals.start_program("xdg-open", (machine + site.ticket).c_str()))
-        say_line("tagrid: no browser was opened, because xdg-open is missing; open the address above");
-      if (!quiet) say_line("tagrid: serves this machine only; Ctrl-C ends it");
-    });
+    LocalSite local(port);
+    std::cout << local.machine() << site.entrance << std::endl;
+    flush_standard_output();
+    const std::string ticket = local.machine() + site.ticket;
+    if (!no_browser && !local.signals().start_program("xdg-open", ticket.c_str()))
+      say_line("tagrid: no browser was opened, because xdg-open is missing; open the address above");
+    if (!quiet) say_line("tagrid: serves this machine only; Ctrl-C ends it");
+    local.serve_until_interrupted(site);
   }
 };
 

@@ -141,8 +141,12 @@ std::optional<OmeXml> ome_xml_of(std::string_view text) {
   return xml;
 }
 
-std::vector<OmePlane> planes_of(const OmeImage& image,
-                                const std::function<std::int64_t(const OmeData&)>& pages_of) {
+namespace {
+
+/// The planes of an image. `pages_of` says how many pages a file has. Throws BrokenInput if a plane is in two
+/// places.
+template <class PagesOf>
+std::vector<OmePlane> planes_of(const OmeImage& image, PagesOf pages_of) {
   std::vector<OmePlane> planes(static_cast<std::size_t>(image.slices * image.channels * image.times));
   constexpr std::size_t most_times = 4;
   std::size_t placed = 0;
