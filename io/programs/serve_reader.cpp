@@ -60,7 +60,7 @@ OrderedJson json_of(const SeveralVolumes& several) {
 
 void give_slices(ServedVolume& volume, std::int64_t from, std::int64_t to) {
   if (from < 0 || to > volume.dims.z || from >= to)
-    throw UsageError(fmt::format("there are no slices {} to {}", from, to));
+    throw UsageError("there are no slices {} to {}", from, to);
   std::vector<std::byte> slice(memory_size(*sample_bytes({volume.dims.x, volume.dims.y, 1}, volume.type)));
   for (std::int64_t z = from; z < to; ++z) {
     volume.read_slice(z, slice.data());
@@ -100,9 +100,9 @@ std::size_t chosen(const std::string& path, const std::string& option, const std
   }
   // Which of them is meant would depend on their order.
   if (const auto count = std::ranges::count(list, wanted, &Choice::name); count > 1)
-    throw UsageError(fmt::format(
+    throw UsageError(
         "{}: has {} volumes that are called {}; move the files of one of them to another directory", path,
-        count, wanted));
+        count, wanted);
   for (std::size_t i = 0; i < list.size(); ++i)
     if (list[i].name == wanted) return i;
   for (std::size_t i = 0; i < list.size(); ++i)
@@ -111,7 +111,7 @@ std::size_t chosen(const std::string& path, const std::string& option, const std
   for (const Choice& choice : list) names.push_back(choice.name);
   const std::string those = names.size() <= most_listed ? fmt::format("it has {}", fmt::join(names, ", "))
                                                         : "without this option, the existing ones are listed";
-  throw UsageError(fmt::format("{}: has no {} {}; {}", path, option, wanted, those));
+  throw UsageError("{}: has no {} {}; {}", path, option, wanted, those);
 }
 
 int serve_volumes(const std::string& name, OpenServed open, const FilesBeside& beside, void (*prepare)()) {

@@ -66,14 +66,14 @@ std::int64_t number_of_volume(const std::string& name, const std::string& series
     std::vector<Choice> choices;
     for (std::int64_t i = 1; i <= volumes && volumes <= most_choices; ++i)
       choices.push_back({std::to_string(i), each});
-    throw UsageError(Sentence{"{}: holds {} volumes of {}; choose one with {}, by its number from 1 on",
-                              {name, volumes, each, setting}},
-                     std::move(choices));
+    throw UsageError(Sentence("{}: holds {} volumes of {}; choose one with {}, by its number from 1 on", name,
+                              volumes, each, setting),
+                     {.subject = name, .option = "series", .choices = std::move(choices)});
   }
   const auto number = whole_number_of(series);
   if (!number || *number < 1 || *number > volumes)
-    throw UsageError(Sentence{"{}: holds {} volumes; {} must be a number from 1 to {}, not {}",
-                              {name, volumes, setting, volumes, series}});
+    throw UsageError("{}: holds {} volumes; {} must be a number from 1 to {}, not {}", name, volumes, setting,
+                     volumes, series);
   return *number - 1;
 }
 

@@ -132,7 +132,7 @@ DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, 
                   use == DecodeUse::mesh ? "decoding the grid of"
                   : verifies             ? "verifying"
                                          : "decoding",
-                  *resources.memory, plan.memory, with_spool);
+                  {.needed = plan.memory, .allowed = *resources.memory, .with_spool = with_spool});
   }
   return plan;
 }

@@ -68,10 +68,9 @@ double count_of_bricks(const CodingParameters& parameters) {
          static_cast<double>(bricks.bricks(2));
 }
 
-void refuse_memory(const CodingParameters& p, const char* what, std::uint64_t limit, std::uint64_t needed,
-                   std::optional<std::uint64_t> with_spool, std::optional<SmallerBrick> brick) {
+void refuse_memory(const CodingParameters& p, const char* what, const MemoryNeeds& needs) {
   throw MemoryLimit(fmt::format("{} {} x {} x {} {}", what, p.dims.x, p.dims.y, p.dims.z, name_of(p.type)),
-                    limit, needed, with_spool, brick);
+                    needs);
 }
 
 // The memory of one brick needs less than 64 bits, even for a hostile header.
@@ -159,7 +158,7 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
                   then_verified ? "encoding and verifying"
                   : strips      ? "encoding"
                                 : "encoding, slice by slice,",
-                  limit, needed, with_spool, brick);
+                  {.needed = needed, .allowed = limit, .with_spool = with_spool, .smaller_brick = brick});
   }
   EncodePlan plan;
   plan.budget = {static_cast<int>(load.threads), load.slices_ahead, load.bricks_in_flight};

@@ -104,7 +104,7 @@ int threads_within(const Resources& resources, const char* what, Needed needed) 
   const auto all = [&](int count) { return needed(count) + resources.besides; };
   while (threads > 1 && all(threads) > *resources.memory) --threads;
   if (const std::uint64_t least = all(threads); least > *resources.memory)
-    throw MemoryLimit(what, *resources.memory, least, {});
+    throw MemoryLimit(what, {.needed = least, .allowed = *resources.memory});
   return threads;
 }
 

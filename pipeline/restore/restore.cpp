@@ -117,8 +117,7 @@ SourceComparison compare_source_files(const TagBricks& file, const VolumeSource&
 }
 
 void require_same(const SourceComparison& found, const std::string& original) {
-  if (!found.is_same)
-    throw BrokenInput(fmt::format("{}: would be restored differently: {}", original, found.difference));
+  if (!found.is_same) throw BrokenInput("{}: would be restored differently: {}", original, found.difference);
 }
 
 Finished<RestoreResult> restore_files(const RestoreRun& run) {

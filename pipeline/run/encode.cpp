@@ -63,9 +63,8 @@ void warn_of_touched(const EncodeRun& run, const UnchangedFiles& files, EncodeRe
 void check_early(const EncodeRun& run) {
   // Parity is made from the finished file, which is read again.
   if (run.options.parity && !is_regular_output(run.output))
-    throw UsageError(
-        Sentence{"{}: {} needs an output that can be read again; write to a file, or protect it later",
-                 {shown_output(run.output), setting::parity}});
+    throw UsageError("{}: {} needs an output that can be read again; write to a file, or protect it later",
+                     shown_output(run.output), setting::parity);
   if (!run.resume) check_output(run.output, run.overwrite);
 }
 

@@ -1,7 +1,5 @@
 #include "pipeline/run/run.h"
 
-#include <fmt/format.h>
-
 #include <stdexcept>
 #include <utility>
 
@@ -58,14 +56,14 @@ void require_one_volume(const DecodeRun& run, int volumes) {
   if (run.volume || volumes == 1 || (run.format.keeps.volumes && !is_part)) return;
   const Setting volume = {"volume", "its number,"};
   if (is_part)
-    throw UsageError(
-        Sentence{"{}: contains {} volumes; {}, {}, {} and {} work on one; select it with {} 0 to {}",
-                 {run.input, volumes, Setting{"region", "a region"}, Setting{"step", "a step"},
-                  Setting{"overview", "an overview"}, Setting{"salvage", "salvaging"}, volume, volumes - 1}});
-  throw UsageError(Sentence{
+    throw UsageError("{}: contains {} volumes; {}, {}, {} and {} work on one; select it with {} 0 to {}",
+                     run.input, volumes, Setting{"region", "a region"}, Setting{"step", "a step"},
+                     Setting{"overview", "an overview"}, Setting{"salvage", "salvaging"}, volume,
+                     volumes - 1);
+  throw UsageError(
       "{}: contains {} volumes, but the format {} holds one; select it with {} 0 to {}, or write all to "
       "NIfTI",
-      {run.input, volumes, run.format.name, volume, volumes - 1}});
+      run.input, volumes, run.format.name, volume, volumes - 1);
 }
 
 /// Decodes the overviews of a volume to the levels of its output.
@@ -92,9 +90,8 @@ FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) 
   const CodingParameters& parameters = reader.parameters();
   require_one_volume(run, reader.header().volumes);
   if (reader.header().volumes > 1)
-    throw UsageError(
-        fmt::format("{}: holds {} volumes, which can only be read from a file; save it to one first",
-                    reader.name(), reader.header().volumes));
+    throw UsageError("{}: holds {} volumes, which can only be read from a file; save it to one first",
+                     reader.name(), reader.header().volumes);
   const WrittenNumbers numbers = numbers_of_stream(run, reader.header(), source);
   const VolumeInfo info = volume_info_of(reader.header());
   DecodeOutput output(run, info, numbers, parameters);

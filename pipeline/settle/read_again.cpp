@@ -38,16 +38,16 @@ std::unique_ptr<VolumeSource> copied(std::unique_ptr<VolumeSource> source, const
   const Setting spool{"spool", "another directory"};
   if (room.bytes && *room.bytes < copy.bytes)
     throw WorldError(
-        Sentence{"{}: is read more than once, which needs a copy of its samples ({} GB), but {} has only "
-                 "{} GB free; name another directory with {}",
-                 {copy.volume, fmt::format("{:.2f}", gigabytes(copy.bytes)), copy.folder,
-                  fmt::format("{:.2f}", gigabytes(*room.bytes)), spool}});
+        "{}: is read more than once, which needs a copy of its samples ({} GB), but {} has only "
+        "{} GB free; name another directory with {}",
+        copy.volume, fmt::format("{:.2f}", gigabytes(copy.bytes)), copy.folder,
+        fmt::format("{:.2f}", gigabytes(*room.bytes)), spool);
   const bool is_chosen = !resources.spool.empty();
   if (room.is_in_memory && !is_chosen && resources.memory && copy.bytes + besides > *resources.memory)
-    throw WorldError(Sentence{
+    throw WorldError(
         "{}: is read more than once, which needs a copy of its samples ({} GB), but {} is a file system in "
         "memory, and the copy would exceed the memory limit; name a directory on a disk with {}",
-        {copy.volume, fmt::format("{:.2f}", gigabytes(copy.bytes)), copy.folder, spool}});
+        copy.volume, fmt::format("{:.2f}", gigabytes(copy.bytes)), copy.folder, spool);
   if (tell) tell(copy);
   return spooled(std::move(source), copy.folder);
 }

@@ -209,7 +209,7 @@ struct Subject {
         trials(volume, given.parameters, plan, given.usual_edge(), peak, sampled_voxels, progress) {
     // Squares of errors would be infinite.
     require(peak < 0x1p500,
-            {"{}: {} cannot be computed for samples whose range is so large", {volume.name(), setting}});
+            {"{}: {} cannot be computed for samples whose range is so large", volume.name(), setting});
   }
 
   SampleType type() const { return source.info().type; }
@@ -339,8 +339,8 @@ FoundBound bound_of_size(Subject& subject, double bits, bool sampled, const Prog
   const double bits_of_sample = 8.0 * static_cast<double>(size_of(type));
   require(least <= bits,
           {"{}: {} {} cannot be reached; the smallest file has about {} bits per voxel, a ratio of {}",
-           {subject.source.name(), setting, rule.value, fmt::format("{:.3g}", least),
-            fmt::format("{:.4g}", bits_of_sample / least)}});
+           subject.source.name(), setting, rule.value, fmt::format("{:.3g}", least),
+           fmt::format("{:.4g}", bits_of_sample / least)});
   return found;
 }
 

@@ -34,9 +34,9 @@ VerifySetup verify_setup(const std::string& name, const TagHeader& header, const
   const VolumeInfo first = info_of_volume(volume->facts(), 0);
   if (first.dims != parameters.dims || first.type != parameters.type ||
       volume->info().volumes != header.volumes)
-    throw BrokenInput(fmt::format("{}: the original is {}, but the file has {}", original,
-                                  words_of(first.dims, first.type, volume->info().volumes),
-                                  words_of(parameters.dims, parameters.type, header.volumes)));
+    throw BrokenInput("{}: the original is {}, but the file has {}", original,
+                      words_of(first.dims, first.type, volume->info().volumes),
+                      words_of(parameters.dims, parameters.type, header.volumes));
   // Source files are compared if the .tag file keeps them.
   const std::uint64_t of_files = of_envelope > 0 ? memory_of_source_files(volume->facts()) : 0;
   const bool is_headerless = volume->facts().headerless;

@@ -18,7 +18,7 @@ namespace tagrid {
 std::string random_token() {
   std::array<unsigned char, 16> bytes;
   if (!fill_with_random(bytes))
-    throw WorldError(fmt::format("the system gives no random numbers: {}", std::strerror(errno)));
+    throw WorldError("the system gives no random numbers: {}", std::strerror(errno));
   return fmt::format("{:02x}", fmt::join(bytes, ""));
 }
 

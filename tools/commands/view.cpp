@@ -1,7 +1,5 @@
 // tagrid view: shows a .tag file in a browser of this machine.
 
-#include <fmt/format.h>
-
 #include <array>
 #include <filesystem>
 #include <iostream>
@@ -32,10 +30,10 @@ fs::path viewer_folder() {
   for (const fs::path& folder : folders)
     if (fs::exists(folder / "index.html", unknown) && fs::exists(folder / "decoder/worker.js", unknown))
       return folder;
-  throw WorldError(fmt::format(
+  throw WorldError(
       "the page of the viewer is not installed (looked for in {} and {}); install the Debian package "
       "tagrid, which contains it, or make it with tools/install_packages.sh page and web/build.sh",
-      folders[0].string(), folders[1].string()));
+      folders[0].string(), folders[1].string());
 }
 
 struct ViewCommand {

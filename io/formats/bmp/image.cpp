@@ -24,7 +24,7 @@ Number number(std::span<const std::byte> bytes, std::size_t at) {
 }
 
 [[noreturn]] void refuse(const ByteSource& file, std::string_view why) {
-  throw BrokenInput(fmt::format("{}: BMP file: {}", file.name(), why));
+  throw BrokenInput("{}: BMP file: {}", file.name(), why);
 }
 
 std::vector<std::byte> bytes_of(const ByteSource& file, std::uint64_t from, std::uint64_t size) {

@@ -52,8 +52,7 @@ void skip_lines(FileBytes& file, std::int64_t count) {
   for (std::int64_t i = 0; i < count; ++i) {
     std::string line;
     if (!file.read_line(line, max_nrrd_header_bytes) || line.empty())
-      throw BrokenInput(
-          fmt::format("{}: its header says to skip {} lines, but it has fewer", file.name(), count));
+      throw BrokenInput("{}: its header says to skip {} lines, but it has fewer", file.name(), count);
   }
 }
 

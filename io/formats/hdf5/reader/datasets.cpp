@@ -19,7 +19,7 @@
 namespace tagrid {
 
 BrokenInput broken_hdf5(const std::string& path, std::string_view why) {
-  return BrokenInput(fmt::format("{}: HDF5 file: {}", path, why));
+  return BrokenInput("{}: HDF5 file: {}", path, why);
 }
 
 std::string file_of(hid_t dataset) {
@@ -197,8 +197,7 @@ class Candidates : private Visitor {
 BrokenInput has_no_volume(hid_t file, const std::string& path, const Candidates& all) {
   const std::string type = vtkhdf_type(file);
   if (!type.empty() && type != "ImageData")
-    return BrokenInput(
-        fmt::format("{}: VTKHDF file: holds {}, which is no volume", path, tagrid::quoted(type)));
+    return BrokenInput("{}: VTKHDF file: holds {}, which is no volume", path, tagrid::quoted(type));
   std::string why =
       "has no data set with three axes of integers of 8, 16 or 32 bits, or floats of 32 or 64 bits";
   if (!all.others().empty()) why += "; " + all.others().text();

@@ -199,8 +199,7 @@ std::unique_ptr<ServedMesh> begin_hdf5_mesh(const WriteMeshRequest& request) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   const auto format = request.options.find("format");
   if (format != request.options.end() && format->second != "vtkhdf")
-    throw UsageError(
-        fmt::format("{}: meshes are written as VTKHDF, not as {}", request.name, format->second));
+    throw UsageError("{}: meshes are written as VTKHDF, not as {}", request.name, format->second);
   return std::make_unique<Hdf5Mesh>(request);
 }
 

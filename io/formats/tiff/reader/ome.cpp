@@ -177,6 +177,8 @@ std::vector<OmePlane> planes_of(const OmeImage& image, PagesOf pages_of) {
   return planes;
 }
 
+}  // namespace
+
 std::string uuid_of_ome(std::string_view text) {
   std::size_t root = text.find("<OME");
   if (root == text.npos) root = text.find(":OME");
@@ -384,8 +386,8 @@ void add_image(const OmeImage& image, std::size_t number, bool is_one_of_several
 
 std::string beside(const std::string& path, const std::string& name) {
   if (name == "." || name == ".." || name.find('/') != name.npos || name.find('\0') != name.npos)
-    throw BrokenInput(fmt::format("{}: TIFF file: OME-XML names the file {}, which is not in its directory",
-                                  path, quoted_name(name)));
+    throw BrokenInput("{}: TIFF file: OME-XML names the file {}, which is not in its directory", path,
+                      quoted_name(name));
   return (fs::path(path).parent_path() / name).string();
 }
 
