@@ -238,8 +238,8 @@ PlainForm ReaderConversation::plain_form(const ReaderVolume& volume) {
       return plain_file_in(answer, i, volume.files.size(), volume.info);
     });
     form.warnings.insert(form.warnings.end(), file.warnings.begin(), file.warnings.end());
-    if (!file.why_not.empty())
-      return {"", {}, {}, fmt::format("{}: {}", volume.files[i], file.why_not), std::move(form.warnings)};
+    if (file.why_not)
+      return {"", {}, {}, fmt::format("{}: {}", volume.files[i], *file.why_not), std::move(form.warnings)};
     if (!file.compression.empty() && std::ranges::find(compressions, file.compression) == compressions.end())
       compressions.push_back(file.compression);
     form.files.push_back({volume.files[i], !file.compression.empty(), std::move(file.pieces)});

@@ -12,19 +12,19 @@ NumberedFiles chosen_series(const std::string& folder, std::vector<std::string> 
                             const SourceDescription& source) {
   std::vector<NumberedFiles> series = numbered_files(std::move(files));
   if (series.empty()) throw BrokenInput(folder + ": has no files");
-  if (!source.series.empty()) {
+  if (source.series) {
     std::vector<NumberedFiles> meant;
     for (const NumberedFiles& one : series)
       if (one.pattern == source.series) meant.push_back(one);
     if (meant.size() > 1)
       throw UsageError(
           "{}: has {} series that are called {}; move the files of one of them to another directory", folder,
-          meant.size(), source.series);
+          meant.size(), *source.series);
     for (std::size_t i = 0; i < series.size() && meant.empty(); ++i)
       if (std::to_string(i + 1) == source.series) meant = {series[i]};
     if (meant.empty())
       throw UsageError("{}: has no series {}; without {}, the existing ones are listed", folder,
-                       source.series, Setting{"series", "this setting"});
+                       *source.series, Setting{"series", "this setting"});
     series = std::move(meant);
   }
   if (series.size() != 1) {

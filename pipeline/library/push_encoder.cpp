@@ -28,7 +28,7 @@ SourceFacts facts_of(const VolumeInfo& info) {
 EncodeJob job_for(const VolumeInfo& info, const EncodeOptions& options, Resources resources,
                   std::uint64_t waiting, VolumeSource* samples) {
   // Slices come once, so they cannot be spooled.
-  resources.spool.clear();
+  resources.spool.reset();
   const Settling settling{
       .resources = resources, .any_rows = false, .needs = {.besides = waiting * bytes_of_slice(info)}};
   return samples == nullptr ? settle(options, facts_of(info), settling) : settle(options, *samples, settling);

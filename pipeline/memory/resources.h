@@ -20,8 +20,8 @@ struct Resources {
   std::uint64_t besides = 0;
   /// Number of such processes that share the machine.
   int processes = 1;
-  /// The directory for a temporary file of samples whose order must change; "": none.
-  std::string spool = {};
+  /// The directory for a temporary file of samples whose order must change, if there may be one.
+  std::optional<std::string> spool = std::nullopt;
 
   explicit Resources(int thread_count) : threads(thread_count) {}
 };

@@ -47,7 +47,7 @@ void remove_record(PartFolder& folder) {
   folder.remove();
 }
 
-std::string given(const std::string& value) { return value.empty() ? "not given" : value; }
+std::string given(const std::optional<std::string>& value) { return value.value_or("not given"); }
 
 // All settings that affect the output, as text, so that a resumed run can be compared with the original one.
 std::vector<std::pair<std::string, std::string>> settings_of(const CodingParameters& p,

@@ -41,7 +41,8 @@ void share_contents(Ranks& ranks, SourceFiles& source, bool exact, const Resourc
 void look_at_share(Ranks& ranks, ContentOrder& order);
 
 struct VerifyOrder {
-  std::string input, original;
+  std::string input;
+  std::optional<std::string> original;
   SourceDescription source;
   Resources resources{0};  ///< per rank; 0 threads: all that the rank may use
 };

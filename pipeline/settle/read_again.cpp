@@ -25,7 +25,7 @@ bool needs_copy(const SourceTraits& traits, Look look, const Resources& resource
     case Look::a_few_rows:
       return !traits.any_rows && !traits.whole_slices;
     case Look::all_rows_often:
-      return !traits.any_rows && (!traits.whole_slices || !resources.spool.empty());
+      return !traits.any_rows && (!traits.whole_slices || resources.spool);
   }
   return false;
 }
@@ -42,7 +42,7 @@ std::unique_ptr<VolumeSource> copied(std::unique_ptr<VolumeSource> source, const
         "{} GB free; name another directory with {}",
         copy.volume, fmt::format("{:.2f}", gigabytes(copy.bytes)), copy.folder,
         fmt::format("{:.2f}", gigabytes(*room.bytes)), spool);
-  const bool is_chosen = !resources.spool.empty();
+  const bool is_chosen = resources.spool.has_value();
   if (room.is_in_memory && !is_chosen && resources.memory && copy.bytes + besides > *resources.memory)
     throw WorldError(
         "{}: is read more than once, which needs a copy of its samples ({} GB), but {} is a file system in "

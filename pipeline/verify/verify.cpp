@@ -319,7 +319,7 @@ void verify_members(const TagBricks& file, VolumeSource* original, const Resourc
   for (const Member& member : file.index().members) {
     if (!member.is_overview()) continue;
     file.nested(member);
-    if (original && !of_original) of_original.emplace(*original, resources.spool);
+    if (original && !of_original) of_original.emplace(*original, resources.spool.value());
     TagReader reader(std::make_unique<SourceStream>(file.bytes_of(member)));
     VerifySetup setup{plan_verifying(reader.parameters(), resources)};
     if (auto means = of_original ? of_original->means(member.factor) : nullptr)

@@ -33,8 +33,8 @@ GeometryComparison compare_geometry(const Metadata& metadata, const Metadata& of
                                     bool original_has_scale = true);
 
 struct VerifyRun {
-  std::string input;              ///< the .tag file; "-": the standard input
-  std::string original = {};      ///< "": no original
+  std::string input;  ///< the .tag file; "-": the standard input
+  std::optional<std::string> original = std::nullopt;
   SourceDescription source = {};  ///< of the original
   Resources resources{0};         ///< per rank; 0 threads: all that the rank may use
   Progress progress = {};

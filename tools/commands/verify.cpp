@@ -270,7 +270,7 @@ struct VerifyCommand {
   VerifyResult verify(Ranks& ranks, const SourceDescription& description) const {
     ProgressMeter meter(run.progress, run.quiet, "verifying", 1);
     return verify_file(ranks, {.input = input,
-                               .original = original,
+                               .original = original.empty() ? std::nullopt : std::optional(original),
                                .source = description,
                                .resources = run.resources_of_each_rank(),
                                .progress = meter.progress()});

@@ -133,6 +133,11 @@ std::string doubt_of_lossy_source(const EncodeResult& result) {
       result.lossy_source, 100 * more, more < 0.1 ? 1 : 0);
 }
 
+/// The value of an option, if it was given.
+std::optional<std::string> given(const std::string& value) {
+  return value.empty() ? std::nullopt : std::optional(value);
+}
+
 }  // namespace
 
 TellOfCopy tell_of_copy(const RunOptions& run) {
@@ -168,11 +173,11 @@ SampleType sample_type_option(const std::string& name) {
 }
 
 SourceDescription SourceOptions::description() const {
-  SourceDescription description(layout_of(*this), vdb_grid);
+  SourceDescription description(layout_of(*this), given(vdb_grid));
   description.spacing = spacing_of(*this);
-  description.from = from;
-  description.series = series;
-  description.dataset = dataset;
+  description.from = given(from);
+  description.series = given(series);
+  description.dataset = given(dataset);
   description.gaps_ok = gaps_ok;
   description.data_outside = data_outside;
   return description;

@@ -116,7 +116,7 @@ Resources RunOptions::resources_of_each_rank() const {
   Resources resources(threads);
   resources.memory = memory;
   resources.besides = memory_of_declared_sources();
-  resources.spool = spool;
+  if (!spool.empty()) resources.spool = spool;
   return resources;
 }
 

@@ -108,7 +108,7 @@ std::unique_ptr<VolumeSource> open_nrrd(std::unique_ptr<FileBytes> file, const s
   const std::vector<std::string> data_files = std::exchange(header.data_files, {});
   if (data_files.size() > 1 && header.encoding != NrrdHeader::Encoding::raw)
     facts.plain_form = [path, is_bzip2 = header.encoding == NrrdHeader::Encoding::bzip2] {
-      return PlainForm{is_bzip2 ? "bzip2" : "gzip", {plain_header(path, nrrd, std::nullopt)}, {}, ""};
+      return PlainForm{is_bzip2 ? "bzip2" : "gzip", {plain_header(path, nrrd, std::nullopt)}, {}};
     };
   return open_data_files(
       nrrd, std::move(facts), path, header_name, file->position(), data_files, source.data_outside,

@@ -63,7 +63,7 @@ ReaderOptions options_of(const SourceDescription& source) {
   ReaderOptions options;
   for (const auto& [name, value] :
        {std::pair("series", source.series), {"dataset", source.dataset}, {"grid", source.vdb_grid}})
-    if (!value.empty()) options.emplace(name, value);
+    if (value) options.emplace(name, *value);
   if (source.gaps_ok) options.emplace("gaps-ok", "yes");
   return options;
 }
@@ -195,7 +195,7 @@ const Format* recognized(FileBytes& file) {
 }
 
 Way way_of_file(FileBytes& file, const std::string& path, const SourceDescription& source) {
-  if (!source.from.empty()) return way_named(source.from, file.name());
+  if (source.from) return way_named(*source.from, file.name());
   const bool is_described = source.raw && source.raw->offset > 0;
   if (const Format* format = is_described ? nullptr : recognized(file)) return way_of(*format, file.name());
   if (source.raw) return {&format_named("raw"), ""};
@@ -219,16 +219,15 @@ void require_name_for_all(const std::string& path, const Way& way) {
 std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDescription& source) try {
   auto file = std::make_unique<FileBytes>(path);
   const Way way = way_of_file(*file, path, source);
-  if (!source.vdb_grid.empty() && (way.format == nullptr || !way.format->has_grids))
+  if (source.vdb_grid && (way.format == nullptr || !way.format->has_grids))
     throw UsageError(file->name() + ": is not an OpenVDB file", Problem::not_openvdb);
   if (way.program.empty()) {
     if (way.format->name == "raw" && !source.raw)
       throw UsageError("{}: samples without a header need {} and {}", file->name(),
                        Setting{"dims", "their size"}, Setting{"type", "their type"});
-    if ((!source.series.empty() && !way.format->reads.has_series) || !source.dataset.empty())
-      throw UsageError(
-          "{}: is one volume; leave out {}", file->name(),
-          source.dataset.empty() ? Setting{"series", "the series"} : Setting{"dataset", "the data set"});
+    if ((source.series && !way.format->reads.has_series) || source.dataset)
+      throw UsageError("{}: is one volume; leave out {}", file->name(),
+                       source.dataset ? Setting{"dataset", "the data set"} : Setting{"series", "the series"});
     if (!source.raw || way.format->reads.takes_description)
       return way.format->reads.open(std::move(file), path, source);
   }
@@ -287,7 +286,7 @@ BrokenInput no_slices_in(const std::string& folder, const std::string& first) {
 /// The format of which a directory holds files. Looks into the first ones only, as there may be very many.
 Way way_of_folder(const std::string& folder, const SourceDescription& source) {
   constexpr std::size_t most_looks = 100;
-  if (!source.from.empty()) return way_named(source.from, folder);
+  if (source.from) return way_named(*source.from, folder);
   if (const Format* format = format_of_folder(folder)) return way_of(*format, folder);
   std::vector<std::string> files = visible_files(folder);
   if (files.empty()) throw no_files_in(folder);
@@ -314,7 +313,7 @@ std::unique_ptr<VolumeSource> open_folder(const std::string& folder, const Sourc
   if (source.raw) return open_raw_directory(folder, source);
   const Way way = way_of_folder(folder, source);
   if (way.program.empty() && way.format->reads.open_folder != nullptr) {
-    if (!source.dataset.empty())
+    if (source.dataset)
       throw UsageError("{}: is one volume; leave out {}", folder, Setting{"dataset", "the data set"});
     return way.format->reads.open_folder(folder, source);
   }
@@ -331,7 +330,7 @@ std::unique_ptr<VolumeSource> open_one(const std::string& path, const SourceDesc
 
 /// All volumes of a file. Readers that give one at a time list them.
 std::unique_ptr<VolumeSource> open_all(const std::string& path, SourceDescription source) {
-  source.series.clear();
+  source.series.reset();
   source.all_volumes = true;
   if (is_folder(path) && format_of_folder(path) == nullptr)
     throw UsageError("{}: is a directory, whose volumes are files of their own; choose one with {}", path,

@@ -32,7 +32,7 @@ CodingParameters parameters_of(Index3 dims, SampleType type, Effort effort, bool
 Resources limited(int threads, std::uint64_t memory, const std::string& spool = "") {
   Resources resources(threads);
   resources.memory = memory;
-  resources.spool = spool;
+  if (!spool.empty()) resources.spool = spool;
   return resources;
 }
 

@@ -402,7 +402,7 @@ class TiffSlices final : public ServedVolume {
       plain.pieces = {PlainPiece::stretch(number, 0, FileSource(files[number]).size())};
     else
       plain = plain_tiff_file(files[number], number, pages, samples_at);
-    for (std::size_t i = 0; i < pages.size() && plain.why_not.empty(); ++i) {
+    for (std::size_t i = 0; i < pages.size() && !plain.why_not; ++i) {
       const std::uint64_t offset = is_plain ? *pages[i]->plain : samples_at + i * pages[i]->bytes();
       add_place(slices[i], offset, *pages[i], plain.places);
       if (!is_plain && plain.compression.find(pages[i]->storage) == std::string::npos)
