@@ -25,12 +25,12 @@ SourceFacts facts_of(const VolumeInfo& info) {
   return facts;
 }
 
-EncodeJob job_for(const VolumeInfo& info, const EncodeOptions& options, Resources resources,
+EncodeJob job_for(const VolumeInfo& info, const EncodeOptions& options, const Resources& resources,
                   std::uint64_t waiting, VolumeSource* samples) {
-  // Slices come once, so they cannot be spooled.
-  resources.spool.reset();
-  const Settling settling{
+  Settling settling{
       .resources = resources, .any_rows = false, .needs = {.besides = waiting * bytes_of_slice(info)}};
+  // Slices come once, so they cannot be spooled.
+  settling.resources.spool.reset();
   return samples == nullptr ? settle(options, facts_of(info), settling) : settle(options, *samples, settling);
 }
 
