@@ -81,6 +81,14 @@ TEST(ErrorKinds, ALimitOnMemoryIsThrownAgainAsOneWithItsNumbers) {
   }
 }
 
+TEST(ErrorKinds, AnErrorHasTheOptionsOfASentenceInItsSentence) {
+  const Setting level{"level", "the level"};
+  const UsageError error("a.tag: {}; give {} {}", Sentence("{} is {}", level, 7), level, 3);
+  EXPECT_STREQ(error.what(), "a.tag: the level is 7; give the level 3");
+  EXPECT_EQ(error.detail().with_options, "a.tag: --level is 7; give --level 3");
+  EXPECT_EQ(UsageError("{} is {}", "it", 7).detail().with_options, std::nullopt);
+}
+
 TEST(ErrorKinds, TextInASentenceIsTakenAsItIs) {
   EXPECT_EQ(Sentence("{}: is no {}", "a{0}{b.raw", "{}").text, "a{0}{b.raw: is no {}");
 }
