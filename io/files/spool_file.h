@@ -94,7 +94,7 @@ struct RoomForFiles {
 };
 RoomForFiles room_in(const std::string& folder);
 
-/// The folder for temporary files of an output: `spool`; if that is "", the folder of SpoolFile::beside(path).
-std::string spool_folder(const std::string& spool, const std::string& path);
+/// The folder for temporary files of an output: `spool`, or the folder of SpoolFile::beside(path).
+std::string spool_folder(const std::optional<std::string>& spool, const std::string& path);
 
 }  // namespace tagrid

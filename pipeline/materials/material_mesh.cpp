@@ -47,7 +47,7 @@ void warn_of_missing(const MaterialMeshJob& job, const TagBricks& samples, MadeM
 }
 
 // Puts bricks together, however they were made.
-MadeMaterialMesh finished(const MaterialMeshJob& job, const Geometry& geometry,
+MadeMaterialMesh finished(const TagBricks& samples, const MaterialMeshJob& job, const Geometry& geometry,
                           const MaterialMeshOptions& options, const std::string& path,
                           MeshAssembler& assembler) {
   MadeMaterialMesh made{empty_mesh(geometry, job, path), {}, job.fine, job.coarse, {}};

@@ -43,7 +43,8 @@ void look_at_share(Ranks& ranks, ContentOrder& order);
 struct MeshOrder;
 
 struct VerifyOrder {
-  std::string input, original;
+  std::string input;
+  std::optional<std::string> original;
   SourceDescription source;
   Resources resources{0};  ///< per rank; 0 threads: all that the rank may use
 };

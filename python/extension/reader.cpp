@@ -49,7 +49,7 @@ struct Reader::File {
         if (--file.calls == 0) file.raised.clear();
       }
     } const count(source());
-    const Outcome ended = run(call, [&] { return outcome(do_it()); });
+    const Outcome ended = run_without_gil(call, [&] { return outcome(do_it()); });
     // Also if the work was complete before it noticed.
     call.raised().raise();
     if (ended.status == TAGRID_IO_ERROR) source().raised.raise();

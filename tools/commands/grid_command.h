@@ -42,7 +42,7 @@ struct GridCommand {
     options.region = wanted_region(region);
     options.overwrite = output.overwrite;
     if (output.path.empty() && (!options.region.is_all() || volume))
-      throw usage_error(
+      throw UsageError(
           "a region or a volume needs -o FILE: without it, the output would have the name of the entire {}",
           form.name);
     path = output.path.empty() ? output_beside(input, form.extension) : output.path;

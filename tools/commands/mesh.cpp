@@ -21,7 +21,7 @@ namespace {
 struct MeshCommand : GridCommand<MeshOptions, MeshResult> {
   void execute(const Ranks& ranks) {
     if (is_named_as_one_of(surface_formats(), output.path))
-      throw usage_error(
+      throw UsageError(
           "{}: has the extension of a surface format, but mesh writes tetrahedra; use tagrid surface --iso V",
           output.path);
     if (options.of_samples && !options.coarsen)
