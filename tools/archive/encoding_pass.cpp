@@ -96,7 +96,7 @@ std::string why_not_restorable(const std::string& why_lost, const CodingParamete
 }
 
 UsageError only_copy(const Volume& volume, const std::string& why) {
-  return usage_error(
+  return UsageError(
       "{}: may be the only copy of a volume whose original was removed, and {} is not known to be that "
       "original ({}); choose another name (output=NAME), or restore the original with tagrid restore "
       "--records DIR -f, and give the options of its encoding",
@@ -151,7 +151,7 @@ archive::Input look(const EncodingPass& pass, Volume& volume) {
     case Action::missing_copy:
       throw missing_copy(volume.output);
     case Action::was_removed:
-      throw usage_error(
+      throw UsageError(
           "{}: was removed by --remove-verified, and {} is what it was encoded to; give --skip-done to leave "
           "out such volumes, or get the originals back with tagrid restore --records {}",
           volume.input, volume.output, word_of_command(pass.options.output_dir));
@@ -164,17 +164,17 @@ archive::Input look(const EncodingPass& pass, Volume& volume) {
     case Action::new_only_copy:
       throw only_copy(volume, "another run removed it in the meantime");
     case Action::other_volume:
-      throw broken_input_error(
+      throw BrokenInput(
           "{}: is another volume than the one that was encoded ({}); {} has that one and stays; choose "
           "another name (output=NAME)",
           volume.input, other_volume(*known, volume.files), volume.output);
     case Action::other_options:
-      throw usage_error(
+      throw UsageError(
           "{}: was encoded with other options: {}; to encode it again, run with -f and a list of such "
           "volumes alone",
           volume.output, volume.difference);
     case Action::changed:
-      throw broken_input_error(
+      throw BrokenInput(
           "{}: has changed since it was encoded ({}); {} has the earlier volume and stays; give -f to "
           "replace it",
           volume.input, volume.change, volume.output);
@@ -278,8 +278,8 @@ void adopt(const EncodingPass& pass, const Volume& volume, bool is_only_copy, or
     record["compared"] = true;
   } catch (const BrokenInput& broken) {
     if (is_only_copy) throw only_copy(volume, words_of(broken));
-    throw usage_error("{}: already exists, and is not known to be made from {} ({}); give -f to overwrite it",
-                      volume.output, volume.input, words_of(broken));
+    throw UsageError("{}: already exists, and is not known to be made from {} ({}); give -f to overwrite it",
+                     volume.output, volume.input, words_of(broken));
   }
 }
 

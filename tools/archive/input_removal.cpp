@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void refuse(const std::string& file, const std::string& why, const char* advice) {
-  throw usage_error("{}: cannot be removed: {}; {}", file, why, advice);
+  throw UsageError("{}: cannot be removed: {}; {}", file, why, advice);
 }
 
 void require_removable(const std::string& file, const char* advice) {
@@ -91,9 +91,9 @@ std::string lost_of_content(const TagBricks& file, const Format& format, Numbers
 /// The other data sets of a file of which one was chosen: "/b, /c and 7 more"; "" if there are none.
 std::string others_in_file(const std::string& input, SourceDescription source) {
   constexpr std::size_t most = 3;
-  if (source.dataset.empty() || is_folder(input)) return "";
-  const fs::path own = fs::path("/") / source.dataset;
-  source.dataset.clear();
+  if (!source.dataset || is_folder(input)) return "";
+  const fs::path own = fs::path("/") / *source.dataset;
+  source.dataset.reset();
   source.known = nullptr;
   std::vector<std::string> others;
   try {
@@ -121,11 +121,11 @@ void require_untouched(const UnchangedFiles& files) {
 void require_replaceable_tag(const std::string& input, const std::string& output, const Decoding& decoding) {
   const char* advice = "leave out --rm";
   if (const std::string lost = lost_by_options(decoding); !lost.empty())
-    throw usage_error("--rm: {}; {}", lost, advice);
+    throw UsageError("--rm: {}; {}", lost, advice);
   require_files(input, output, advice);
   const TagBricks file(std::make_shared<FileSource>(input));
   if (const std::string lost = lost_of_content(file, decoding.format, decoding.numbers); !lost.empty())
-    throw usage_error("{}: --rm: {}; {}", input, lost, advice);
+    throw UsageError("{}: --rm: {}; {}", input, lost, advice);
 }
 
 void require_lasting_choice(const std::string& input, const SourceDescription& source) {
@@ -141,7 +141,7 @@ void require_lasting_choice(const std::string& input, const SourceDescription& s
     const bool is_name =
         std::ranges::any_of(choices, [&](const Choice& one) { return one.name == source.series; });
     if (is_name || *number < 1 || static_cast<std::size_t>(*number) > choices.size()) return;
-    throw usage_error(
+    throw UsageError(
         "{}: {} is the number of a volume in a list that changes when files come or go; give its name "
         "instead: {}",
         input, *number, choices[static_cast<std::size_t>(*number) - 1].name);
@@ -210,7 +210,7 @@ bool has_bound(const EncodeOptions& options) {
 
 void refuse_without_bound(const EncodeOptions& options, const std::string& option) {
   if (has_bound(options)) return;
-  throw usage_error(
+  throw UsageError(
       "{}: a grid without a bound cannot replace a volume, because most voxels could not be restored; {}, or "
       "leave out {}",
       option, options.max_level ? "give --max-error E instead of --max-level" : "give --max-error E", option);

@@ -98,8 +98,8 @@ void require_outside(const std::string& option, const std::string& path, const s
   const fs::path inner = fs::weakly_canonical(fs::absolute(path)),
                  outer = fs::weakly_canonical(fs::absolute(folder));
   if (is_below(inner, outer))
-    throw usage_error("{} {}: is inside of {}, which must not have its names; choose a file elsewhere",
-                      option, path, folder);
+    throw UsageError("{} {}: is inside of {}, which must not have its names; choose a file elsewhere", option,
+                     path, folder);
 }
 
 KeyFile::KeyFile(const std::string& path, bool creates) : path_(path) {

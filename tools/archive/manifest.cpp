@@ -37,8 +37,8 @@ void refuse_records(const std::string& given, const fs::path& output) {
   const std::string first = output.begin()->string();
   const bool is_of_lines = first.starts_with("results") || first.starts_with("events");
   if ((is_of_lines && first.ends_with(".jsonl")) || first.starts_with("archive.sqlite"))
-    throw usage_error("{}: {} is a name for a file of records; choose another name for the directory", given,
-                      first);
+    throw UsageError("{}: {} is a name for a file of records; choose another name for the directory", given,
+                     first);
 }
 
 /// Calls use(folder) for every folder of `output` below `root`, the outermost first.
@@ -75,14 +75,14 @@ class TakenOutputs {
   void take(const std::string& output, std::size_t line) {
     const fs::path name = output;
     if (const auto [file, is_new] = files_.emplace(name.string(), line); !is_new)
-      throw usage_error("{} would also be the output of line {}; {}", output, file->second, advice_);
+      throw UsageError("{} would also be the output of line {}; {}", output, file->second, advice_);
     if (const auto folder = folders_.find(name.string()); folder != folders_.end())
-      throw usage_error("{} would also be a directory of the output of line {}; {}", output, folder->second,
-                        advice_);
+      throw UsageError("{} would also be a directory of the output of line {}; {}", output, folder->second,
+                       advice_);
     for (fs::path folder = name.parent_path(); !folder.empty(); folder = folder.parent_path()) {
       if (const auto file = files_.find(folder.string()); file != files_.end())
-        throw usage_error("{} is impossible, because {} is the output of line {}, not a directory; {}",
-                          output, folder.string(), file->second, advice_);
+        throw UsageError("{} is impossible, because {} is the output of line {}, not a directory; {}", output,
+                         folder.string(), file->second, advice_);
       folders_.emplace(folder.string(), line);
     }
   }
@@ -104,21 +104,21 @@ ManifestLine parse_line(const std::vector<std::string_view>& columns, const fs::
   ManifestLine line;
   std::string listed(columns[0]);
   if (is_address(listed))
-    throw usage_error("{}: is an address, and only .tag files are read from servers; download it first",
-                      shown_address(listed));
+    throw UsageError("{}: is an address, and only .tag files are read from servers; download it first",
+                     shown_address(listed));
   if (is_unknown_address(listed, folder)) throw UsageError(about_unknown_address(listed));
   while (listed.size() > 1 && listed.ends_with('/')) listed.pop_back();
   const fs::path path = folder / listed;
   if (path.filename().empty() || path.filename() == "." || path.filename() == "..")
-    throw usage_error("{}: is not the name of a file or a directory", columns[0]);
+    throw UsageError("{}: is not the name of a file or a directory", columns[0]);
   line.name = listed;
   line.input = absolute_name(path);
   line.is_relative = !fs::path(listed).is_absolute();
   const bool looks_like_columns = columns.size() == 1 && columns[0].find(' ') < columns[0].rfind('=') &&
                                   columns[0].rfind('=') != columns[0].npos;
   if (looks_like_columns && !status_of_name(line.input))
-    throw usage_error("{}: there is no such file; if these are columns, separate them by tabs, not by spaces",
-                      columns[0]);
+    throw UsageError("{}: there is no such file; if these are columns, separate them by tabs, not by spaces",
+                     columns[0]);
   line.options = given;
   std::set<std::string> names;
   for (std::size_t i = 1; i < columns.size(); ++i) {
@@ -126,9 +126,9 @@ ManifestLine parse_line(const std::vector<std::string_view>& columns, const fs::
     if (columns[i].empty()) continue;
     const std::size_t equals = columns[i].find('=');
     if (equals == 0 || equals >= columns[i].size() - 1)
-      throw usage_error("{}: must be option=value", columns[i]);
+      throw UsageError("{}: must be option=value", columns[i]);
     const std::string name(columns[i].substr(0, equals)), value(columns[i].substr(equals + 1));
-    if (!names.insert(name).second) throw usage_error("{} is given twice", name);
+    if (!names.insert(name).second) throw UsageError("{} is given twice", name);
     if (name == "output")
       line.output = output_called(value);
     else if (name == "mark")
@@ -149,11 +149,11 @@ ManifestLine parse_line(const std::vector<std::string_view>& columns, const fs::
 
 std::string output_called(const std::string& name) {
   const fs::path path = name;
-  if (path.is_absolute()) throw usage_error("output={}: must be a path inside the output directory", name);
-  if (goes_up(path)) throw usage_error("output={}: must not contain ..", name);
+  if (path.is_absolute()) throw UsageError("output={}: must be a path inside the output directory", name);
+  if (goes_up(path)) throw UsageError("output={}: must not contain ..", name);
   fs::path output = path.lexically_normal();
   if (output.filename().empty() || output == ".")
-    throw usage_error("output={}: is not the name of a file", name);
+    throw UsageError("output={}: is not the name of a file", name);
   if (output.extension() != ending) output += ending;
   refuse_records("output=" + name, output);
   return output.string();
@@ -167,7 +167,7 @@ std::string mark_of_output(const std::string& output, const KeyFile& keys) {
 void require_keyed_output(const ManifestLine& line, const KeyFile& keys) {
   // Whoever writes an output himself may name a patient, and no program can tell.
   if (line.mark != mark_of_output(line.output, keys))
-    throw usage_error(
+    throw UsageError(
         "line {}: its output does not have its name by {} (mark=), so it may be named after its input; make "
         "the "
         "list with --find ROOT --keys {}",
@@ -187,7 +187,7 @@ std::string output_mirroring(const std::string& listed, bool is_folder) {
   const fs::path path = listed;
   // ".." may lead through a link, so the name would not show the folder of the volume.
   if (path.is_absolute() || goes_up(path))
-    throw usage_error(
+    throw UsageError(
         "{}: --keep-folders needs a relative path without ..; name its output in a column output=NAME",
         listed);
   const fs::path normal = path.lexically_normal();
@@ -242,7 +242,7 @@ std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTex
       taken.take(line.output, number);
       lines.push_back(std::move(line));
     } catch (const UsageError& error) {
-      throw usage_error("{}: line {}: {}", file.name(), number, words_of(error));
+      throw UsageError("{}: line {}: {}", file.name(), number, words_of(error));
     }
   }
   return lines;

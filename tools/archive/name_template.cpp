@@ -92,7 +92,7 @@ std::string value_in_name(std::string_view text) {
 }
 
 [[noreturn]] void refuse(const std::string& text, const std::string& why) {
-  throw usage_error("--name {}: {}", text, why);
+  throw UsageError("--name {}: {}", text, why);
 }
 
 }  // namespace

@@ -123,14 +123,14 @@ KnownOutputs::KnownOutputs(const std::string& folder, KeyFile* keys)
 
 void KnownOutputs::require_these_keys() const {
   if (keys_ == nullptr && sealed_ > 0)
-    throw usage_error(
-        "{}: its records name originals by keys; give --keys FILE, the key file of this archive", given_);
+    throw UsageError("{}: its records name originals by keys; give --keys FILE, the key file of this archive",
+                     given_);
   if (keys_ != nullptr && plain_ > 0)
-    throw usage_error("{}: has records with names of originals; with --keys, give a directory without these",
-                      given_);
+    throw UsageError("{}: has records with names of originals; with --keys, give a directory without these",
+                     given_);
   if (keys_ != nullptr && !foreign_.empty())
-    throw usage_error("{}: is not the key file of {}, or not its only one: {} is of another key",
-                      keys_->path(), given_, foreign_);
+    throw UsageError("{}: is not the key file of {}, or not its only one: {} is of another key",
+                     keys_->path(), given_, foreign_);
 }
 
 void KnownOutputs::read_more() {

@@ -101,7 +101,7 @@ void RemovalPass::require_not_needed(const ManifestLine& line, const std::string
   for (const UnknownFiles& other : unknown_)
     if ((is_data_file && fs::path(name).parent_path() == other.folder) ||
         other.beginning.find(fs::path(name).filename().string()) != std::string::npos)
-      throw usage_error(
+      throw UsageError(
           "{}: may also belong to {}, which cannot be opened ({}); it is kept; repair that volume or, if "
           "nobody needs it, remove its header and its line in the list",
           file, other.input, other.why);
@@ -162,34 +162,34 @@ void RemovalPass::keep(Action reason, const Volume& volume, ordered_json& record
   if (volume.known && reason != Action::other_input) add_output(*volume.known, record);
   switch (reason) {
     case Action::never_encoded:
-      throw usage_error("{}: its last encoding failed: {}; it is kept", line.input,
-                        known_.last_failure(line.output));
+      throw UsageError("{}: its last encoding failed: {}; it is kept", line.input,
+                       known_.last_failure(line.output));
     case Action::no_record:
-      throw usage_error(
+      throw UsageError(
           "{}: no record says that it was encoded to {}; it is kept; give the list and the options of its "
           "encoding",
           line.input, volume.output);
     case Action::other_input:
-      throw usage_error(
+      throw UsageError(
           "{}: {} is recorded as made from {}; if this is the same volume, --skip-done records it; otherwise "
           "choose another name (output=NAME)",
           line.input, line.output, volume.known->input);
     case Action::failed_since:
-      throw usage_error(
+      throw UsageError(
           "{}: its last encoding failed: {}; it is kept until a run with --skip-done and the options of its "
           "encoding succeeds",
           line.input, known_.last_failure(line.output));
     case Action::unreadable:
-      throw usage_error(
+      throw UsageError(
           "{}: {}, and may say that its encoding failed; it is kept until a run with --skip-done succeeds",
           line.input, known_.possibly_newer(line.output));
     case Action::other_volume:
-      throw broken_input_error(
+      throw BrokenInput(
           "{}: is another volume than the one that was encoded ({}); it is kept; to encode it, choose "
           "another name (output=NAME)",
           line.input, other_volume(*volume.known, look_at(volume.removal->files)));
     case Action::other_options:
-      throw usage_error(
+      throw UsageError(
           "{}: was encoded with other options: {}; the original is kept; give the options of its encoding, "
           "or encode it again",
           line.input, volume.difference);
@@ -240,13 +240,13 @@ void RemovalPass::require_kept_files(const Volume& volume, const VolumeSource& s
   const std::string& input = volume.line.input;
   const TagBricks file(std::make_shared<FileSource>(volume.output));
   if (file.sizes().envelope == 0)
-    throw broken_input_error("{}: {} does not keep its files; it is kept", input, volume.output);
+    throw BrokenInput("{}: {} does not keep its files; it is kept", input, volume.output);
   const SourceComparison found = compare_source_files(file, source, resources_.threads);
   if (!found.is_same)
-    throw broken_input_error("{}: has changed since it was encoded: {}; it is kept", input, found.difference);
+    throw BrokenInput("{}: has changed since it was encoded: {}; it is kept", input, found.difference);
   if (!found.compression.empty())
-    throw usage_error("{}: its samples are compressed ({}), and come back uncompressed; it is kept", input,
-                      found.compression);
+    throw UsageError("{}: its samples are compressed ({}), and come back uncompressed; it is kept", input,
+                     found.compression);
 }
 
 /// Compares the output with what was written, and with the volume. Throws if too much would be lost with the
@@ -282,12 +282,12 @@ void RemovalPass::verify(const Volume& volume, archive::Facts& facts) {
               .resources = resources_,
               .progress = [&](std::uint64_t done, std::uint64_t total) { meter_.update(done, total); }});
   if (const std::string lost = lost_structure(found.header, found.index.total); !lost.empty())
-    throw usage_error("{}: {}; it is kept", input, lost);
+    throw UsageError("{}: {}; it is kept", input, lost);
   require_kept_files(volume, *original);
   if (info_of_volume(original->facts(), 0).metadata != found.header.metadata) {
     const std::string version = ordered_json::parse(known.record).value("version", "");
     if (version != TAGRID_VERSION)
-      throw broken_input_error(
+      throw BrokenInput(
           "{}: was encoded by tagrid {}, which read its metadata differently than {} does; it is kept; to "
           "encode it again, run with -f, without --skip-done, and a list of such volumes alone",
           input, version, TAGRID_VERSION);

@@ -1,6 +1,7 @@
 // tagrid mesh: writes the tetrahedra of a .tag file.
 
 #include "pipeline/meshes/mesh.h"
+#include "io/errors/errors.h"
 #include "io/metadata/metadata.h"
 #include "pipeline/parts/mesh_parts.h"
 
@@ -121,7 +122,7 @@ struct MeshState : MeshCommand {
   void execute(Ranks& ranks) {
     if (!materials.are_given()) {
       if (const std::string option = first_given(materials); !option.empty())
-        throw usage_error("{}: applies only to materials; give --materials or --labels as well", option);
+        throw UsageError("{}: applies only to materials; give --materials or --labels as well", option);
       return MeshCommand::execute(ranks);
     }
     if (options.level || options.coarsen || options.of_samples || options.padded)

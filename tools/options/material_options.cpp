@@ -22,7 +22,7 @@ constexpr std::uint64_t largest_file_of_names = std::uint64_t{16} << 20;
 
 double number_in(const char* option, std::string_view text, const std::string& all) {
   const auto number = finite_number(std::string(text));
-  if (!number) throw usage_error("{}: {}: '{}' is not a number", option, all, text);
+  if (!number) throw UsageError("{}: {}: '{}' is not a number", option, all, text);
   return *number;
 }
 
@@ -31,7 +31,7 @@ MaterialRange range_in(std::string_view text) {
   const std::string all(text);
   const std::size_t equals = text.find('='), colon = text.find(':', equals == text.npos ? 0 : equals);
   if (equals == text.npos || equals == 0 || colon == text.npos)
-    throw usage_error("--materials: '{}' is not NAME=LOW:HIGH, such as bone=300: or soft=-200:300", all);
+    throw UsageError("--materials: '{}' is not NAME=LOW:HIGH, such as bone=300: or soft=-200:300", all);
   MaterialRange range{std::string(text.substr(0, equals))};
   const std::string_view low = text.substr(equals + 1, colon - equals - 1), high = text.substr(colon + 1);
   if (!low.empty()) range.low = number_in("--materials", low, all);
@@ -53,7 +53,7 @@ std::string set_name(std::string_view name) {
 
 void add_label(std::map<std::int64_t, std::string>& names, std::int64_t label, std::string_view name) {
   if (!names.emplace(label, set_name(name)).second)
-    throw usage_error("--labels: label {} has two names", label);
+    throw UsageError("--labels: label {} has two names", label);
 }
 
 // The number and the name in a line of a table: CSV, a color table of 3D Slicer, or a description of labels of
@@ -74,18 +74,18 @@ void add_line(std::map<std::int64_t, std::string>& names, std::string_view line,
   const auto label = whole_number<std::int64_t>(std::string(fields[0]));
   if (!label) {
     if (names.empty()) return;  // the names of columns
-    throw usage_error("--labels: {}: '{}' does not begin with the number of a label", where, line);
+    throw UsageError("--labels: {}: '{}' does not begin with the number of a label", where, line);
   }
   const auto is_name = [](std::string_view field) { return !finite_number(std::string(field)); };
   const auto name = std::find_if(fields.begin() + 1, fields.end(), is_name);
-  if (name == fields.end()) throw usage_error("--labels: {}: label {} has no name", where, *label);
+  if (name == fields.end()) throw UsageError("--labels: {}: label {} has no name", where, *label);
   add_label(names, *label, *name);
 }
 
 std::string text_of(const std::string& path) {
   const FileSource file(path);
   if (file.size() > largest_file_of_names)
-    throw usage_error("--labels: {}: is too large for a list of names", path);
+    throw UsageError("--labels: {}: is too large for a list of names", path);
   std::string text(file.size(), '\0');
   file.read_at(0, std::as_writable_bytes(std::span(text)));
   return text;
@@ -100,7 +100,7 @@ std::map<std::int64_t, std::string> label_names(const std::string& text) {
       const auto label = equals == item.npos
                              ? std::nullopt
                              : whole_number<std::int64_t>(std::string(item.substr(0, equals)));
-      if (!label) throw usage_error("--labels: '{}' is not LABEL=NAME, such as 1=bone", item);
+      if (!label) throw UsageError("--labels: '{}' is not LABEL=NAME, such as 1=bone", item);
       add_label(names, *label, item.substr(equals + 1));
     }
     return names;
@@ -108,14 +108,14 @@ std::map<std::int64_t, std::string> label_names(const std::string& text) {
   const std::string content = text_of(text);
   for (const std::string_view line : split(content, '\n')) add_line(names, line, text);
   if (names.empty())
-    throw usage_error("--labels: {}: has no line with the number and the name of a label", text);
+    throw UsageError("--labels: {}: has no line with the number and the name of a label", text);
   return names;
 }
 
 // A number and a unit, such as 0.5mm.
 MeshLength length_in(std::string_view text, const std::string& all) {
   const std::size_t end = text.find_last_of("0123456789.");
-  if (end == text.npos) throw usage_error("--size: '{}' is not a length, such as 0.5mm or 0.5mm..4mm", all);
+  if (end == text.npos) throw UsageError("--size: '{}' is not a length, such as 0.5mm or 0.5mm..4mm", all);
   return {number_in("--size", text.substr(0, end + 1), all), std::string(text.substr(end + 1))};
 }
 
@@ -172,7 +172,7 @@ MaterialMeshOptions material_options(const MaterialTexts& texts) {
     options.parts.only_largest = true;
   } else if (!texts.parts.empty()) {
     const auto volume = finite_number(texts.parts);
-    if (!volume) throw usage_error("--parts: '{}' is neither largest nor a volume", texts.parts);
+    if (!volume) throw UsageError("--parts: '{}' is neither largest nor a volume", texts.parts);
     options.parts.least_volume = *volume;
     if (!(options.parts.least_volume > 0)) throw UsageError("--parts: the volume must be greater than 0");
   }

@@ -20,16 +20,6 @@
 
 namespace tagrid {
 
-/// Errors with a formatted message.
-template <class... Values>
-UsageError usage_error(fmt::format_string<Values...> message, Values&&... values) {
-  return UsageError(fmt::format(message, std::forward<Values>(values)...));
-}
-template <class... Values>
-BrokenInput broken_input_error(fmt::format_string<Values...> message, Values&&... values) {
-  return BrokenInput(fmt::format(message, std::forward<Values>(values)...));
-}
-
 /// The largest value of -T.
 constexpr int most_threads = 1024;
 

@@ -22,7 +22,7 @@ std::vector<Number> numbers_of(SpoolFile& file) {
 }
 
 // Takes a mesh with nodes of this order.
-struct Taken {
+struct TakenMaterials {
   std::vector<double> points;
   std::map<std::string, std::pair<std::int64_t, std::vector<std::int64_t>>> materials;
   std::map<std::string, std::vector<std::int64_t>> surfaces;
@@ -33,12 +33,12 @@ struct Taken {
     tagrid_material_mesh_sink_init(&sink);
     sink.user = this;
     sink.points = [](void* user, size_t count, const double* xyz) {
-      auto& taken = *static_cast<Taken*>(user);
+      auto& taken = *static_cast<TakenMaterials*>(user);
       taken.points.insert(taken.points.end(), xyz, xyz + 3 * count);
       return 0;
     };
     sink.tetrahedra = [](void* user, const char* name, int64_t label, size_t count, const int64_t* points) {
-      auto& taken = *static_cast<Taken*>(user);
+      auto& taken = *static_cast<TakenMaterials*>(user);
       auto& of_material = taken.materials[name];
       of_material.first = label;
       of_material.second.insert(of_material.second.end(), points,
@@ -46,7 +46,7 @@ struct Taken {
       return 0;
     };
     sink.triangles = [](void* user, const char* name, size_t count, const int64_t* points) {
-      auto& taken = *static_cast<Taken*>(user);
+      auto& taken = *static_cast<TakenMaterials*>(user);
       auto& of_surface = taken.surfaces[name];
       of_surface.insert(of_surface.end(), points, points + (taken.order == 1 ? 3 : 6) * count);
       return 0;
@@ -80,7 +80,7 @@ TEST_F(LibraryMaterialMesh, IsThatOfTheProgram) {
         make_material_mesh(file, file.header().metadata.geometry(), same, path("m"), Resources(2));
 
     const ReaderHandle reader = open_reader(memory);
-    Taken found;
+    TakenMaterials found;
     found.order = order;
     const tagrid_material_mesh_sink sink = found.sink();
     ASSERT_EQ(tagrid_reader_material_mesh(reader.get(), &options, &sink, nullptr), TAGRID_OK);
