@@ -469,12 +469,14 @@ class WrongInput(SolverTest):
 
     def test_a_material_without_values_is_reported_with_the_values_that_there_are(self):
         run = self.ok("mesh", "scan.tag", "--materials", "bone=300:", "-o", "a.inp")
-        self.assertRegex(run.stderr, "warning: no tetrahedron is of bone; stored samples are from -[0-9.]+ to 10[0-9.]+\n")
+        self.assertRegex(run.stderr, "warning: no tetrahedron is of bone; values are from -[0-9.]+ to 10[0-9.]+\n")
+        run = self.ok("mesh", "labels.tag", "--labels", "1=ball,9=bone", "-o", "b.inp")
+        self.assertIn("warning: no tetrahedron is of bone; labels are from 0 to 1\n", run.stderr)
 
     def test_formats_that_cannot_hold_it(self):
         self.fails(64, "STL files hold surfaces.*must end in .*inp", "scan.tag", "--materials", "in=:0", output="a.stl")
         self.fails(64, "must end in .*inp", "scan.tag", "--materials", "in=:0", output="a.xyz")
-        self.fails(64, "hold meshes with materials", "scan.tag")
+        self.fails(64, "holds meshes with materials; give --materials or --labels", "scan.tag")
         self.fails(64, "--size: applies only to materials; give --materials or --labels", "scan.tag", "--size", "2", output="a.vtu")
 
     def test_samples_that_are_no_labels(self):
