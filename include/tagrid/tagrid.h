@@ -347,6 +347,65 @@ static inline void tagrid_mesh_options_init(tagrid_mesh_options* options) {
 TAGRID_API tagrid_status tagrid_reader_mesh(const tagrid_reader* reader, const tagrid_mesh_options* options,
                                             const tagrid_mesh_sink* sink, const tagrid_call* call);
 
+/* A material of a mesh for solvers: a range of values, or a label. */
+typedef struct tagrid_material {
+  const char*
+      name; /* at most 32 letters, digits and underscores, the first one a letter; no two differ in case alone */
+  double low, high; /* the values from low up to, but not including, high; may be infinite */
+  int64_t label;    /* if samples are labels */
+} tagrid_material;
+
+/* What a mesh with materials is to have. Lengths are in the units of the file's spacing. */
+typedef struct tagrid_material_mesh_options {
+  size_t struct_size;
+  const tagrid_material* materials; /* those to be meshed; values between two of them are of no material */
+  size_t material_count;
+  int labels; /* 1: samples are labels; without materials, all labels but 0 are meshed */
+  double
+      smoothing; /* of interfaces of labels: the distance of the knots of B-splines, 0 to 4 samples; default 1 */
+  double fine,
+      coarse; /* edges of the cubes at interfaces, and of the largest ones; 0: 2 * the smallest spacing, 8 * fine */
+  int best_angles;       /* 1: angles of 15 degrees or more instead of 9, for vertices that are less exact */
+  int order;             /* 1: tetrahedra with 4 nodes; 2: with 10 */
+  int largest_parts;     /* 1: only the largest connected part of each material */
+  double least_volume;   /* only parts of at least this volume; 0: all */
+  const tagrid_box* box; /* only tetrahedra that meet the box, from sample low to high - 1; NULL: all */
+} tagrid_material_mesh_options;
+
+TAGRID_API void tagrid_material_mesh_options_init_sized(tagrid_material_mesh_options* options, size_t size);
+static inline void tagrid_material_mesh_options_init(tagrid_material_mesh_options* options) {
+  tagrid_material_mesh_options_init_sized(options, sizeof *options);
+}
+
+/* Takes a mesh with materials, piece by piece; called by one thread. All functions return 0 to continue; any other
+ * value ends the call with TAGRID_CANCELLED. Names are valid until a function returns. */
+typedef struct tagrid_material_mesh_sink {
+  size_t struct_size;
+  void* user; /* passed to all functions */
+  /* Takes `count` more points, three coordinates in the world for each. They are numbered from 0 on. */
+  int (*points)(void* user, size_t count, const double* xyz);
+  /* Takes `count` more tetrahedra of a material: 4 or 10 numbers of points for each. The first 4 are corners in
+   * positive order; the others are the middles of the edges 01, 12, 02, 03, 13, 23. `label`: that of the samples, or
+   * the place of the material among all, by value, from 1 on. */
+  int (*tetrahedra)(void* user, const char* material, int64_t label, size_t count, const int64_t* points);
+  /* Takes `count` more triangles of a surface, such as bone_soft or bone_x_min: 3 or 6 numbers of points for each,
+   * counterclockwise as seen from outside of the first material; then come the middles of the edges 01, 12, 02. */
+  int (*triangles)(void* user, const char* surface, size_t count, const int64_t* points);
+} tagrid_material_mesh_sink;
+
+TAGRID_API void tagrid_material_mesh_sink_init_sized(tagrid_material_mesh_sink* sink, size_t size);
+static inline void tagrid_material_mesh_sink_init(tagrid_material_mesh_sink* sink) {
+  tagrid_material_mesh_sink_init_sized(sink, sizeof *sink);
+}
+
+/* Passes a mesh of materials to `sink`, as `tagrid mesh --materials` writes it: all points, then all tetrahedra, material
+ * by material, then all triangles where a material ends. Values are slope * sample + intercept where the file has
+ * them. Temporary files without a name hold the mesh until it is complete. Progress counts slices. */
+TAGRID_API tagrid_status tagrid_reader_material_mesh(const tagrid_reader* reader,
+                                                     const tagrid_material_mesh_options* options,
+                                                     const tagrid_material_mesh_sink* sink,
+                                                     const tagrid_call* call);
+
 /* Takes a surface, piece by piece; called by one thread at a time. Both functions return 0 to continue; any other
  * value ends the call with TAGRID_CANCELLED. */
 typedef struct tagrid_surface_sink {

@@ -159,6 +159,22 @@ struct Mesh {
   std::vector<std::uint8_t> levels;      ///< one per tetrahedron
 };
 
+/// A mesh with materials, all of it in memory.
+struct MaterialMesh {
+  struct Material {
+    std::string name;
+    std::int64_t label = 0;
+    std::vector<std::int64_t> tetrahedra;  ///< 4 or 10 point numbers for each
+  };
+  struct Surface {
+    std::string name;
+    std::vector<std::int64_t> triangles;  ///< 3 or 6 point numbers for each
+  };
+  std::vector<double> points;  ///< x, y, z of each point, in the world
+  std::vector<Material> materials;
+  std::vector<Surface> surfaces;
+};
+
 /// A surface of triangles, all of it in memory.
 struct Surface {
   std::vector<double> points;           ///< x, y, z of each point, in the world
@@ -306,6 +322,26 @@ class Reader {
     });
   }
 
+  /// A mesh of materials, for solvers; see tagrid_reader_material_mesh() for the options.
+  MaterialMesh material_mesh(const tagrid_material_mesh_options& options, const Call& call = {}) const {
+    using Taken = detail::Taken<MaterialMesh>;
+    Taken taken;
+    tagrid_material_mesh_sink sink;
+    tagrid_material_mesh_sink_init(&sink);
+    sink.user = &taken;
+    sink.points = [](void* user, std::size_t count, const double* xyz) noexcept {
+      return static_cast<Taken*>(user)->add(
+          [&](MaterialMesh& mesh) { mesh.points.insert(mesh.points.end(), xyz, xyz + 3 * count); });
+    };
+    // With 10 nodes, 6 more for each tetrahedron, and 3 more for each triangle.
+    const auto add = options.order == 2 ? add_rows<10, 6> : add_rows<4, 3>;
+    sink.tetrahedra = add.first;
+    sink.triangles = add.second;
+    return all_of(taken, call, [&](const tagrid_call* settings) {
+      return tagrid_reader_material_mesh(reader_, &options, &sink, settings);
+    });
+  }
+
   /// The isosurface of a value; see tagrid_reader_surface() for the options.
   Surface surface(double iso, const tagrid_surface_options* options = nullptr, const Call& call = {}) const {
     using Taken = detail::Taken<Surface>;
@@ -328,6 +364,28 @@ class Reader {
   }
 
  private:
+  /// The functions of a sink for tetrahedra and triangles with so many nodes.
+  template <std::size_t of_tetrahedron, std::size_t of_triangle>
+  static constexpr std::pair<decltype(tagrid_material_mesh_sink::tetrahedra),
+                             decltype(tagrid_material_mesh_sink::triangles)>
+      add_rows = {[](void* user, const char* name, std::int64_t label, std::size_t count,
+                     const std::int64_t* points) noexcept {
+                    return static_cast<detail::Taken<MaterialMesh>*>(user)->add([&](MaterialMesh& mesh) {
+                      auto& all = mesh.materials;
+                      if (all.empty() || all.back().name != name) all.push_back({name, label, {}});
+                      auto& rows = all.back().tetrahedra;
+                      rows.insert(rows.end(), points, points + of_tetrahedron * count);
+                    });
+                  },
+                  [](void* user, const char* name, std::size_t count, const std::int64_t* points) noexcept {
+                    return static_cast<detail::Taken<MaterialMesh>*>(user)->add([&](MaterialMesh& mesh) {
+                      auto& all = mesh.surfaces;
+                      if (all.empty() || all.back().name != name) all.push_back({name, {}});
+                      auto& rows = all.back().triangles;
+                      rows.insert(rows.end(), points, points + of_triangle * count);
+                    });
+                  }};
+
   Reader() = default;
   static tagrid_box c_box(const Box& box) {
     tagrid_box c;

@@ -152,7 +152,7 @@ EnvelopeReader::EnvelopeReader(std::string name, const SampleShape& shape, bool 
       slices_left_(shape.dims.z) {}
 
 void EnvelopeReader::fail(const std::string& what) const {
-  throw BrokenInput(fmt::format("{}: the envelope of its source files: {}", name_, what));
+  throw BrokenInput("{}: the envelope of its source files: {}", name_, what);
 }
 
 std::span<const std::byte> EnvelopeReader::ahead() {

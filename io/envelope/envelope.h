@@ -80,8 +80,8 @@ struct SourceFiles {
   SampleShape shape;
   /// How the samples are compressed: their plain form is kept. "" if the files are kept as they are.
   std::string compression;
-  std::string why_not;                ///< "" if an envelope can be made; otherwise a sentence for users
-  std::vector<std::string> warnings;  ///< of the plain form
+  std::optional<std::string> why_not;  ///< a sentence for users, if no envelope can be made
+  std::vector<std::string> warnings;   ///< of the plain form
 
   /// Why the files cannot be given back byte for byte, if their samples are kept exactly; "" if they can.
   std::string why_not_restorable() const;
@@ -93,11 +93,11 @@ SourceFiles source_files(const SourceFacts& facts);
 /// Reads files[number], and adds a checksum and what its spare bits hold. Threads may look at different files
 /// at once. `exact`: the samples are kept exactly, and so is a checksum of the file. A file gets
 /// no checksum if only a decoder knows some of its bytes. Throws WorldError, and BrokenInput if a file has
-/// changed. REQUIRES: why_not is "".
+/// changed. REQUIRES: there is no why_not.
 void look_at_content(SourceFiles& source, bool exact, std::size_t number);
 
 /// Writes the envelope of these files. Calls `next_file` before each file with its number. Throws as
-/// look_at_content() does. REQUIRES: why_not is ""; look_at_content() was called for all files.
+/// look_at_content() does. REQUIRES: there is no why_not; look_at_content() was called for all files.
 void write_envelope(const SourceFiles& source, const PutBytes& put,
                     const std::function<void(std::size_t)>& next_file = {});
 

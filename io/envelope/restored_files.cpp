@@ -158,7 +158,7 @@ void RestoredFiles::check() {
   open_.clear();
   for (std::size_t i = 0; i < files_.size(); ++i) {
     if (files_[i].checksum && !checksums_agree(*files_[i].checksum, checksum_of_file(staged(i))))
-      throw BrokenInput(fmt::format("{}: is not the file that was encoded: its checksum differs", path(i)));
+      throw BrokenInput("{}: is not the file that was encoded: its checksum differs", path(i));
     PlacedFile file(staged(i), path(i));
     if (options_.like) file.set_attributes(*options_.like);
     file.finish();

@@ -108,15 +108,15 @@ void to_stored(const SlicesInFile& slices, SampleType type, std::byte* samples, 
 }
 
 std::string SourceFiles::why_not_restorable() const {
-  if (why_not.empty() && !compression.empty())
+  if (!why_not && !compression.empty())
     return fmt::format("its samples are compressed ({}), and come back uncompressed", compression);
-  return why_not;
+  return why_not.value_or("");
 }
 
 namespace {
 
-/// Takes names, sizes and pieces of the files. Returns why the files are not kept; "" if they are.
-std::string take_files(PlainForm& form, SourceFiles& source) {
+/// Takes names, sizes and pieces of the files. Returns why the files are not kept; nothing if they are.
+std::optional<std::string> take_files(PlainForm& form, SourceFiles& source) {
   source.names = names_in_common_folder(paths_of(form));
   const std::vector<std::string>& names = source.names;
   if (std::set<std::string>(names.begin(), names.end()).size() != names.size())
@@ -130,7 +130,7 @@ std::string take_files(PlainForm& form, SourceFiles& source) {
     source.pieces.push_back(std::move(form.files[i].pieces));
     source.files[i].size = PlainBytes(source.pieces[i], *source.opened).size();
   }
-  return "";
+  return std::nullopt;
 }
 
 void note_compression(const SourceFacts& facts, const PlainForm& form, SourceFiles& source) {
@@ -143,8 +143,8 @@ void note_compression(const SourceFacts& facts, const PlainForm& form, SourceFil
                                                   : form.compression.substr(0, longest_compression_name);
 }
 
-/// Gives each file its slices, in the order of their places. Returns why they cannot be; "" if they can.
-std::string place_slices(const PlainForm& form, SourceFiles& source) {
+/// Gives each file its slices, in the order of their places. Returns why they cannot be; nothing if they can.
+std::optional<std::string> place_slices(const PlainForm& form, SourceFiles& source) {
   const SliceRows rows = source.shape.rows();
   std::int64_t z = 0;
   for (SliceRun run : form.places) {
@@ -165,11 +165,11 @@ std::string place_slices(const PlainForm& form, SourceFiles& source) {
     }
     if (end > file.size) return fmt::format("{} has become shorter", file.name);
   }
-  return "";
+  return std::nullopt;
 }
 
-/// Why what surrounds the slices is not kept; "" if it is.
-std::string why_others_are_not_kept(const SourceFiles& source) {
+/// Why what surrounds the slices is not kept; nothing if it is.
+std::optional<std::string> why_others_are_not_kept(const SourceFiles& source) {
   std::uint64_t all = 0;
   for (std::size_t i = 0; i < source.files.size(); ++i) {
     all += source.files[i].size;
@@ -187,24 +187,23 @@ std::string why_others_are_not_kept(const SourceFiles& source) {
   // Other volumes of a file would be kept with each of them.
   const std::uint64_t others = all - source.shape.bytes();
   const std::uint64_t most = most_other_bytes(source.shape, source.files.size());
-  return others <= most
-             ? ""
-             : fmt::format("its files have {} bytes besides these samples, more than the {} that are kept",
-                           others, most);
+  if (others <= most) return std::nullopt;
+  return fmt::format("its files have {} bytes besides these samples, more than the {} that are kept", others,
+                     most);
 }
 
 /// Fills in all but `why_not`, and returns that.
-std::string fill_in(const SourceFacts& facts, SourceFiles& source) {
+std::optional<std::string> fill_in(const SourceFacts& facts, SourceFiles& source) {
   if (!is_file_or_folder(facts.files.front()) || !is_file_or_folder(facts.files.back()))
     return "it came through a pipe";
   source.names = names_in_common_folder(facts.files);
   if (facts.places.empty() && !facts.plain_form) return "its samples are compressed, or stored in pieces";
   PlainForm form = facts.places.empty() ? facts.plain_form() : as_it_is(facts, *source.opened);
   source.warnings = form.warnings;
-  if (!form.why_not.empty()) return form.why_not;
-  if (std::string why = take_files(form, source); !why.empty()) return why;
+  if (form.why_not) return form.why_not;
+  if (auto why = take_files(form, source)) return why;
   note_compression(facts, form, source);
-  if (std::string why = place_slices(form, source); !why.empty()) return why;
+  if (auto why = place_slices(form, source)) return why;
   return why_others_are_not_kept(source);
 }
 
@@ -216,7 +215,7 @@ SourceFiles source_files(const SourceFacts& facts) {
   const bool are_shared = facts.opened && facts.opened->paths() == facts.files;
   source.opened = are_shared ? facts.opened : std::make_shared<OpenFiles>(facts.files);
   source.why_not = fill_in(facts, source);
-  if (!source.why_not.empty()) source.files.clear();
+  if (source.why_not) source.files.clear();
   return source;
 }
 

@@ -1,6 +1,5 @@
 #include "io/errors/errors.h"
 
-#include <fmt/args.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -48,25 +47,16 @@ constexpr std::uint64_t mebibyte = std::uint64_t{1} << 20;
 
 std::uint64_t mebibytes(std::uint64_t bytes) { return (bytes + mebibyte - 1) / mebibyte; }
 
-Sentence sentence_of(const std::string& work, std::uint64_t allowed, std::uint64_t needed) {
-  const std::string limit =
-      allowed < mebibyte ? fmt::format("{} B", allowed) : fmt::format("{} MiB", allowed / mebibyte);
-  return {"{} needs at least {} MiB of memory, but the limit is {}", {work, mebibytes(needed), limit}};
+// A limit is suggested only if it reduces the memory.
+MemoryNeeds helpful(MemoryNeeds needs) {
+  const auto helps = [&](std::uint64_t bytes) { return mebibytes(bytes) < mebibytes(needs.needed); };
+  if (needs.with_spool && !helps(*needs.with_spool)) needs.with_spool.reset();
+  if (needs.smaller_brick && !helps(needs.smaller_brick->needed)) needs.smaller_brick.reset();
+  return needs;
 }
 
-ErrorDetail detail_of(const std::string& work, std::uint64_t allowed, std::uint64_t needed,
-                      std::optional<std::uint64_t> needed_with_spool,
-                      const std::optional<SmallerBrick>& brick) {
-  ErrorDetail detail{
-      Problem::memory_limit, "", sentence_of(work, allowed, needed), {needed, allowed, 0, 0, 0}};
-  // A setting is suggested only if it reduces the memory.
-  const auto helps = [&](std::uint64_t bytes) { return mebibytes(bytes) < mebibytes(needed); };
-  if (needed_with_spool && helps(*needed_with_spool)) detail.numbers[limit_with_spool] = *needed_with_spool;
-  if (brick && helps(brick->needed)) {
-    detail.numbers[smaller_brick] = static_cast<std::uint64_t>(brick->edge);
-    detail.numbers[limit_with_brick] = brick->needed;
-  }
-  return detail;
+std::string limit_in_words(std::uint64_t bytes) {
+  return bytes < mebibyte ? fmt::format("{} B", bytes) : fmt::format("{} MiB", bytes / mebibyte);
 }
 
 }  // namespace
@@ -78,27 +68,23 @@ WorldError world_error(std::string_view what, std::string_view path, int error_n
                                 advice(error_number)));
 }
 
-Term::Term(double value) : text(fmt::format("{}", value)) {}
+std::string option_of(const Setting& setting) { return fmt::format("--{}", setting.name); }
 
-std::string text_of(const Sentence& sentence, std::string_view prefix) {
-  fmt::dynamic_format_arg_store<fmt::format_context> terms;
-  for (const Term& term : sentence.terms)
-    terms.push_back(prefix.empty() || term.setting.empty() ? term.text
-                                                           : fmt::format("{}{}", prefix, term.setting));
-  return fmt::vformat(sentence.text, terms);
+Error::Error(const Sentence& message, ErrorDetail detail) : runtime_error(message.text) {
+  if (message.with_options) detail.with_options = message.with_options;
+  detail_ = std::make_shared<const ErrorDetail>(std::move(detail));
 }
 
-MemoryLimit::MemoryLimit(const std::string& work, std::uint64_t allowed, std::uint64_t needed,
-                         std::optional<std::uint64_t> needed_with_spool, std::optional<SmallerBrick> brick)
-    : MemoryLimit(text_of(sentence_of(work, allowed, needed)),
-                  detail_of(work, allowed, needed, needed_with_spool, brick)) {}
+MemoryLimit::MemoryLimit(const std::string& work, const MemoryNeeds& needs)
+    : UsageError(Sentence("{} needs at least {} MiB of memory, but the limit is {}", work,
+                          mebibytes(needs.needed), limit_in_words(needs.allowed)),
+                 {.problem = Problem::memory_limit, .subject = work, .memory = helpful(needs)}) {}
 
 MemoryLimit MemoryLimit::but_for(std::uint64_t bytes) const {
   const auto less = [bytes](std::uint64_t number) { return number - std::min(number, bytes); };
-  std::optional<std::uint64_t> with_spool = needed_with_spool();
-  if (with_spool) with_spool = less(*with_spool);
-  return {detail().sentence.terms.at(0).text, less(detail().numbers.at(allowed_limit)), less(needed()),
-          with_spool};
+  MemoryNeeds all = {.needed = less(needs().needed), .allowed = less(needs().allowed)};
+  if (needs().with_spool) all.with_spool = less(*needs().with_spool);
+  return {detail().subject, all};
 }
 
 SortedError sorted_error(const std::exception_ptr& exception) {

@@ -4,6 +4,8 @@
 // carries a code and values, from which tools/report/failure.h makes words for people.
 #pragma once
 
+#include <fmt/core.h>
+
 #include <concepts>
 #include <cstdint>
 #include <exception>
@@ -12,6 +14,8 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace tagrid {
@@ -34,6 +38,7 @@ enum class Problem : std::uint8_t {
   program_memory,       ///< a program for a format lacks memory, or may lack it; a larger limit gives it more
   cancelled,            ///< a caller of the library asked to stop
   newer_format,         ///< the file is not damaged, but of a newer version of the format
+  volumes_below,        ///< a directory is not a volume, but volumes may be in it
   unknown_beginning,    ///< the file begins neither like a .tag file nor like any volume that is known
 };
 
@@ -42,32 +47,51 @@ struct Setting {
   std::string_view name, words;
 };
 
-/// A value in a sentence: a text, a number, or a setting.
-struct Term {
-  Term() = default;
-  Term(std::string value) : text(std::move(value)) {}
-  Term(std::string_view value) : text(value) {}
-  Term(const char* value) : text(value) {}
-  Term(std::integral auto value) : text(std::to_string(value)) {}
-  Term(double value);
-  Term(const Setting& value) : text(value.words), setting(value.name) {}
+/// The option of the command line for a setting: "--max-error".
+std::string option_of(const Setting& setting);
 
-  bool operator==(const Term&) const = default;
+struct Sentence;
+/// How a value of a sentence is checked against its {}.
+template <class Value>
+using Shown =
+    std::conditional_t<std::same_as<Value, Setting> || std::same_as<Value, Sentence>, std::string, Value>;
 
-  std::string text;
-  std::string setting;  ///< name of the setting; "" if there is none
-};
-
-/// A sentence that contains {} for each of its terms.
+/// A message for callers of the library, and the same for users of the command line.
 struct Sentence {
-  std::string text;
-  std::vector<Term> terms;
+  Sentence() = default;
+  Sentence(std::string words) : text(std::move(words)) {}
+  Sentence(const char* words) : text(words) {}
+  /// As fmt::format(), but a Setting appears as its description, or as the option of the command line.
+  template <class First, class... Others>
+  Sentence(fmt::format_string<Shown<First>, Shown<Others>...> form, const First& first,
+           const Others&... others)
+      : text(fmt::format(fmt::runtime(form), in_words(first), in_words(others)...)) {
+    if constexpr (names_settings<First> || (names_settings<Others> || ...))
+      with_options = fmt::format(fmt::runtime(form), as_option(first), as_option(others)...);
+  }
 
   bool operator==(const Sentence&) const = default;
-};
 
-/// The sentence with its terms. Settings appear as descriptions or, with a prefix, as `prefix` and name.
-std::string text_of(const Sentence& sentence, std::string_view prefix = "");
+  std::string text;
+  std::optional<std::string> with_options = {};  ///< if it names settings
+
+ private:
+  template <class Value>
+  static constexpr bool names_settings = !std::same_as<Value, Shown<Value>>;
+
+  static std::string_view in_words(const Setting& setting) { return setting.words; }
+  static const std::string& in_words(const Sentence& part) { return part.text; }
+  static std::string as_option(const Setting& setting) { return option_of(setting); }
+  static std::string as_option(const Sentence& part) { return part.with_options.value_or(part.text); }
+  template <class Value>
+  static const Value& in_words(const Value& value) {
+    return value;
+  }
+  template <class Value>
+  static const Value& as_option(const Value& value) {
+    return value;
+  }
+};
 
 /// One of several things of which the user must choose one.
 struct Choice {
@@ -76,28 +100,47 @@ struct Choice {
   bool operator==(const Choice&) const = default;
 };
 
+/// A smaller edge of bricks, in root cubes, and the limit on memory that is enough with it.
+struct SmallerBrick {
+  int edge = 0;
+  std::uint64_t needed = 0;
+
+  bool operator==(const SmallerBrick&) const = default;
+};
+
+/// Limits on memory, in bytes.
+struct MemoryNeeds {
+  std::uint64_t needed = 0;                        ///< the smallest possible limit
+  std::uint64_t allowed = 0;                       ///< the limit that there is
+  std::optional<std::uint64_t> with_spool = {};    ///< with samples in a temporary file, if that needs less
+  std::optional<SmallerBrick> smaller_brick = {};  ///< if that needs less
+
+  bool operator==(const MemoryNeeds&) const = default;
+};
+
 /// The content of an error besides its message.
 struct ErrorDetail {
   Problem problem = Problem::none;
-  std::string context;                 ///< the beginning of what(): where it was thrown ("rank 1: ")
-  Sentence sentence;                   ///< the rest of what(); empty if what() has no terms
-  std::vector<std::uint64_t> numbers;  ///< their meaning depends on the problem
-  std::vector<Choice> choices = {};    ///< what can be chosen from
+  std::string subject = {};                      ///< the file or the work that the error is about, if known
+  std::optional<std::string> with_options = {};  ///< the message, if it names settings
+  std::optional<MemoryNeeds> memory = {};        ///< of memory_limit and writer_memory
+  std::string option = {};                       ///< the setting that chooses one of the choices: "series"
+  std::vector<Choice> choices = {};              ///< what can be chosen from
 
   bool operator==(const ErrorDetail&) const = default;
 };
 
 class Error : public std::runtime_error {
  public:
-  explicit Error(const std::string& message, Problem problem = Problem::none)
-      : Error(message, ErrorDetail{problem, "", {}, {}}) {}
-  explicit Error(const Sentence& sentence, Problem problem = Problem::none)
-      : Error(text_of(sentence), ErrorDetail{problem, "", sentence, {}}) {}
-  /// The same, with what can be chosen from.
-  Error(const Sentence& sentence, std::vector<Choice> choices)
-      : Error(text_of(sentence), ErrorDetail{Problem::none, "", sentence, {}, std::move(choices)}) {}
-  Error(const std::string& message, ErrorDetail detail)
-      : runtime_error(message), detail_(std::make_shared<const ErrorDetail>(std::move(detail))) {}
+  explicit Error(const Sentence& message, Problem problem = Problem::none)
+      : Error(message, ErrorDetail{.problem = problem}) {}
+  Error(const Sentence& message, ErrorDetail detail);
+  /// The message is a Sentence of these values.
+  template <class First, class... Others>
+  requires(!std::same_as<First, Problem> && !std::same_as<First, ErrorDetail>)
+      Error(fmt::format_string<Shown<First>, Shown<Others>...> form, const First& first,
+            const Others&... others)
+      : Error(Sentence(form, first, others...)) {}
 
   const ErrorDetail& detail() const { return *detail_; }
 
@@ -137,40 +180,18 @@ void require(bool condition, const Message& otherwise) {
   if (!condition) throw UsageError(otherwise);
 }
 
-/// A smaller edge of bricks, in root cubes, and the limit on memory that is enough with it.
-struct SmallerBrick {
-  int edge = 0;
-  std::uint64_t needed = 0;
-};
-
-/// The numbers of a MemoryLimit, by their places in its detail: limits, and the edge of a brick. Those after
-/// the second one are 0 if they do not help.
-enum MemoryNumber : std::uint8_t {
-  needed_limit,
-  allowed_limit,
-  limit_with_spool,
-  smaller_brick,
-  limit_with_brick
-};
-
 /// The work does not fit into the allowed memory.
 class MemoryLimit : public UsageError {
  public:
   /// `work` is what needs the memory: "encoding 512 x 512 x 300 int16".
-  MemoryLimit(const std::string& work, std::uint64_t allowed, std::uint64_t needed,
-              std::optional<std::uint64_t> needed_with_spool, std::optional<SmallerBrick> brick = {});
+  MemoryLimit(const std::string& work, const MemoryNeeds& needs);
   /// Restores such an error. REQUIRES: the detail of a MemoryLimit.
   MemoryLimit(const std::string& message, const ErrorDetail& detail) : UsageError(message, detail) {}
 
   /// The same error for a caller that does not count `bytes`, which are part of all its numbers.
   MemoryLimit but_for(std::uint64_t bytes) const;
 
-  /// The smallest possible limit; and that with samples in a temporary file, if it is smaller.
-  std::uint64_t needed() const { return detail().numbers[needed_limit]; }
-  std::optional<std::uint64_t> needed_with_spool() const {
-    const std::uint64_t limit = detail().numbers[limit_with_spool];
-    return limit > 0 ? std::optional(limit) : std::nullopt;
-  }
+  const MemoryNeeds& needs() const { return detail().memory.value(); }
 };
 
 /// Says where (`path`), what failed ("cannot open"), why (`error_number`, an errno) and, if known, what to

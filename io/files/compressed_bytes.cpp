@@ -1,7 +1,6 @@
 #include "io/files/compressed_bytes.h"
 
 #include <bzlib.h>
-#include <fmt/format.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -65,8 +64,8 @@ class DeflateDecoder final : public CompressedBytes::Decoder {
     out = out.last(z_.avail_out);
     if (result == Z_MEM_ERROR) throw std::bad_alloc();
     if (result != Z_OK && result != Z_BUF_ERROR && result != Z_STREAM_END)
-      throw BrokenInput(fmt::format("{}: the {} stream is damaged{}{}", name_, method_.name,
-                                    z_.msg ? ": " : "", z_.msg ? z_.msg : ""));
+      throw BrokenInput("{}: the {} stream is damaged{}{}", name_, method_.name, z_.msg ? ": " : "",
+                        z_.msg ? z_.msg : "");
     return result == Z_STREAM_END;
   }
 
@@ -143,8 +142,7 @@ bool CompressedBytes::next_stream() {
   const char first = method_of(compression_).first;
   if (first == 0 || !has_waiting()) return false;
   if (static_cast<char>(waiting_[0]) != first)
-    throw BrokenInput(
-        fmt::format("{}: there are bytes after the end of the {} stream", file_.name(), method()));
+    throw BrokenInput("{}: there are bytes after the end of the {} stream", file_.name(), method());
   decoder_->restart();
   return true;
 }
@@ -152,8 +150,7 @@ bool CompressedBytes::next_stream() {
 std::size_t CompressedBytes::read(std::byte* out, std::size_t size) {
   std::size_t done = 0;
   while (done < size && !at_end_) {
-    if (!has_waiting())
-      throw BrokenInput(fmt::format("{}: the {} stream ends too soon", file_.name(), method()));
+    if (!has_waiting()) throw BrokenInput("{}: the {} stream ends too soon", file_.name(), method());
     const std::size_t most = std::min(size - done, std::size_t{1} << 30);
     std::span<std::byte> room(out + done, most);
     const bool has_ended = decoder_->decode(waiting_, room);

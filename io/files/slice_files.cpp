@@ -41,7 +41,7 @@ std::vector<std::string> FilePattern::names(std::int64_t first, std::int64_t las
     if (number < -largest || number > largest) throw BrokenInput("a number is too large");
   if (step == 0 || (last - first) / step < 0)
     throw BrokenInput("the step does not lead from the first number to the last");
-  if ((last - first) / step >= most) throw BrokenInput(fmt::format("more than {} files", most));
+  if ((last - first) / step >= most) throw BrokenInput("more than {} files", most);
   std::vector<std::string> names;
   for (std::int64_t i = 0; i <= (last - first) / step; ++i) names.push_back(name(first + i * step));
   return names;

@@ -1,6 +1,7 @@
 // A nameless temporary file for data that must wait, outside memory, until other data is written.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -63,6 +64,29 @@ class SpoolFile {
   std::uint64_t size_ = 0;
 };
 
+/// Calls use(first, bytes) for `count` entries of a spooled array, from entry `first` on, in order, in pieces of
+/// complete entries with at most 1 MiB. `first` is then the number of the first entry of the piece.
+template <class Use>
+void for_each_piece(SpoolFile& array, std::size_t entry_bytes, std::int64_t first, std::int64_t count,
+                    Use use) {
+  constexpr std::size_t most = std::size_t{1} << 20;
+  const auto entries = static_cast<std::int64_t>(most / entry_bytes);
+  std::vector<std::byte> piece;
+  for (const std::int64_t end = first + count; first < end;) {
+    const std::int64_t n = std::min(entries, end - first);
+    piece.resize(static_cast<std::size_t>(n) * entry_bytes);
+    array.read_at(static_cast<std::uint64_t>(first) * entry_bytes, piece);
+    use(first, std::span<const std::byte>(piece));
+    first += n;
+  }
+}
+
+/// The same for all entries.
+template <class Use>
+void for_each_piece(SpoolFile& array, std::size_t entry_bytes, Use use) {
+  for_each_piece(array, entry_bytes, 0, static_cast<std::int64_t>(array.size() / entry_bytes), use);
+}
+
 /// What the file system of a folder has room for.
 struct RoomForFiles {
   std::optional<std::uint64_t> bytes;  ///< nothing if that is not known
@@ -70,7 +94,7 @@ struct RoomForFiles {
 };
 RoomForFiles room_in(const std::string& folder);
 
-/// The folder for temporary files of an output: `spool`; if that is "", the folder of SpoolFile::beside(path).
-std::string spool_folder(const std::string& spool, const std::string& path);
+/// The folder for temporary files of an output: `spool`, or the folder of SpoolFile::beside(path).
+std::string spool_folder(const std::optional<std::string>& spool, const std::string& path);
 
 }  // namespace tagrid

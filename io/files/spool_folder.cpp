@@ -25,8 +25,8 @@ std::string folder_beside(const std::string& path) {
 
 SpoolFile SpoolFile::beside(const std::string& path) { return {folder_beside(path), shown_output(path)}; }
 
-std::string spool_folder(const std::string& spool, const std::string& path) {
-  return spool.empty() ? folder_beside(path) : spool;
+std::string spool_folder(const std::optional<std::string>& spool, const std::string& path) {
+  return spool ? *spool : folder_beside(path);
 }
 
 }  // namespace tagrid

@@ -23,8 +23,8 @@ Patience patience_with_servers() {
   if (const char* given = std::getenv("TAGRID_HTTP_TIMEOUT"); given != nullptr && *given != '\0') {
     const auto number = whole_number_of(given);
     if (!number || *number < 1 || *number > most)
-      throw UsageError(fmt::format("TAGRID_HTTP_TIMEOUT: {}: must be a number of seconds from 1 to {}",
-                                   quoted(given), most));
+      throw UsageError("TAGRID_HTTP_TIMEOUT: {}: must be a number of seconds from 1 to {}", quoted(given),
+                       most);
     seconds = *number;
   }
   return {std::chrono::seconds(seconds),
@@ -256,8 +256,8 @@ std::size_t Object::request(std::uint64_t position, std::span<std::byte> to,
                      code == CURLE_COULDNT_CONNECT || code == CURLE_SSL_CONNECT_ERROR);
     const int most = is_late ? 2 : most_requests;
     if (!wrong->again || number >= most || is_unreachable)
-      throw WorldError(fmt::format("{}: {}{}", address_.name, wrong->what,
-                                   number > 1 ? fmt::format(" ({} requests)", number) : ""));
+      throw WorldError("{}: {}{}", address_.name, wrong->what,
+                       number > 1 ? fmt::format(" ({} requests)", number) : "");
     wait_before_request(number, wrong->seconds);
   }
 }

@@ -18,29 +18,6 @@
 
 namespace tagrid {
 
-/// Calls use(first, bytes) for `count` entries of a spooled array, from entry `first` on, in order, in pieces of
-/// complete entries with at most 1 MiB. `first` is then the number of the first entry of the piece.
-template <class Use>
-void for_each_piece(SpoolFile& array, std::size_t entry_bytes, std::int64_t first, std::int64_t count,
-                    Use use) {
-  constexpr std::size_t most = std::size_t{1} << 20;
-  const auto entries = static_cast<std::int64_t>(most / entry_bytes);
-  std::vector<std::byte> piece;
-  for (const std::int64_t end = first + count; first < end;) {
-    const std::int64_t n = std::min(entries, end - first);
-    piece.resize(static_cast<std::size_t>(n) * entry_bytes);
-    array.read_at(static_cast<std::uint64_t>(first) * entry_bytes, piece);
-    use(first, std::span<const std::byte>(piece));
-    first += n;
-  }
-}
-
-/// The same for all entries.
-template <class Use>
-void for_each_piece(SpoolFile& array, std::size_t entry_bytes, Use use) {
-  for_each_piece(array, entry_bytes, 0, static_cast<std::int64_t>(array.size() / entry_bytes), use);
-}
-
 /// Where the numbers of an array of a mesh come from.
 struct SpooledNumbers {
   SpoolFile* spool;

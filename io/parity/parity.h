@@ -104,19 +104,7 @@ bool has_parity(const std::string& path);
 /// Opens a file and, if there is one, the parity beside it. Throws WorldError.
 std::optional<ProtectedFile> protected_file(const std::string& path);
 
-// The pages that hold the checksums of all blocks.
-
-/// Checksum of the table: of all checksums.
+/// Checksum of the table of the checksums of all blocks.
 std::uint64_t id_of_table(std::span<const std::uint64_t> checksums);
-
-/// Calls use(number, page) for every page of a table, those of its parity included. `layout` has its id.
-void make_pages(const ParityLayout& layout, std::span<const std::uint64_t> checksums,
-                const std::function<void(std::uint64_t number, std::span<const std::byte> page)>& use);
-
-/// Reads the table from its pages. read(number, page) fills a page, whatever is there. `damaged` receives the
-/// number of pages that are wrong. Nothing if too many are.
-std::optional<std::vector<std::uint64_t>> read_pages(
-    const ParityLayout& layout,
-    const std::function<void(std::uint64_t number, std::span<std::byte> page)>& read, std::uint64_t& damaged);
 
 }  // namespace tagrid

@@ -134,20 +134,16 @@ std::optional<std::uint64_t> StripeBand::number(int row, std::uint64_t i) const 
   return layout_.blocks() + static_cast<std::uint64_t>(row - layout_.data()) * stripes + phase(stripe);
 }
 
-void StripeBand::for_each_run(bool parity, const std::function<void(const BlockRun&)>& use) {
-  for (int row = parity ? layout_.data() : 0; row < (parity ? rows() : layout_.data()); ++row) {
-    for (std::uint64_t i = 0; i < count_;) {
-      const auto from = number(row, i);
-      if (!from) break;
-      // A run ends with the band, with the file, and where a row of parity begins again.
-      std::uint64_t end = i + 1;
-      while (end < count_ && number(row, end) == *from + (end - i)) ++end;
-      use({parity,
-           *from - (parity ? layout_.blocks() : 0),
-           {block(row, i).data(), (end - i) * layout_.block_size()}});
-      i = end;
-    }
-  }
+std::optional<BlockRun> StripeBand::run_at(int row, std::uint64_t i) {
+  const auto from = number(row, i);
+  if (!from) return std::nullopt;
+  // A run ends with the band, with the file, and where a row of parity begins again.
+  std::uint64_t end = i + 1;
+  while (end < count_ && number(row, end) == *from + (end - i)) ++end;
+  const bool parity = row >= layout_.data();
+  return BlockRun{parity,
+                  *from - (parity ? layout_.blocks() : 0),
+                  {block(row, i).data(), (end - i) * layout_.block_size()}};
 }
 
 void StripeBand::fill_up() {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -76,11 +75,22 @@ class StripeBand {
   std::optional<std::uint64_t> number(int row, std::uint64_t i) const;
 
   /// Calls use(BlockRun) for the runs of the rows of data, or of parity.
-  void for_each_run(bool parity, const std::function<void(const BlockRun&)>& use);
+  template <class Use>
+  void for_each_run(bool parity, Use use) {
+    for (int row = parity ? layout_.data() : 0; row < (parity ? rows() : layout_.data()); ++row)
+      for (std::uint64_t i = 0; i < count_;) {
+        const auto run = run_at(row, i);
+        if (!run) break;
+        use(*run);
+        i += run->bytes.size() / layout_.block_size();
+      }
+  }
   /// Makes the blocks zero that fill stripes up.
   void fill_up();
 
  private:
+  /// The run that begins with a block; nothing where blocks of zeros fill a stripe up.
+  std::optional<BlockRun> run_at(int row, std::uint64_t i);
   std::byte* row_of(int row) {
     return buffer_.data() + static_cast<std::uint64_t>(row) * most_ * layout_.block_size();
   }

@@ -94,8 +94,7 @@ void PartFolder::require_own() const {
   if (status_of(record())) return;
   for (const std::string& name : names_in(path_))
     if (!is_of_run(name))
-      throw UsageError(
-          fmt::format("{}: is not the record of a run: it contains {}; move it away", path_, name));
+      throw UsageError("{}: is not the record of a run: it contains {}; move it away", path_, name);
 }
 
 void PartFolder::lock() {

@@ -140,17 +140,16 @@ std::uint64_t run_id(std::span<const std::byte> record_bytes) {
 
 Sentence difference_of(const RunRecord& was, const RunRecord& now) {
   if (was.program != now.program)
-    return {"the run was started with {}, and this is {}", {was.program, now.program}};
+    return {"the run was started with {}, and this is {}", was.program, now.program};
   for (const auto& [name, value] : now.settings)
     for (const auto& [other_name, other] : was.settings)
       if (name == other_name && value != other)
-        return {"{} was {}, now {}", {Setting{name, name}, other, value}};
-  if (was.inputs.size() != now.inputs.size()) return {"the number of input files has changed", {}};
+        return {"{} was {}, now {}", Setting{name, name}, other, value};
+  if (was.inputs.size() != now.inputs.size()) return "the number of input files has changed";
   for (std::size_t i = 0; i < was.inputs.size(); ++i)
-    if (std::string change = change_of(was.inputs[i], now.inputs[i]); !change.empty())
-      return {"{}", {change}};
+    if (std::string change = change_of(was.inputs[i], now.inputs[i]); !change.empty()) return change;
   const bool same = was.settings == now.settings && was.header == now.header;
-  return {same ? "" : "the settings or the input have changed", {}};
+  return same ? "" : "the settings or the input have changed";
 }
 
 }  // namespace tagrid

@@ -236,9 +236,9 @@ std::vector<SliceRun> places_in(const Json& answer, const VolumeInfo& info, std:
 ReaderPlainFile plain_file_in(const Json& answer, std::size_t file, std::size_t files,
                               const VolumeInfo& info) {
   ReaderPlainFile plain;
-  plain.why_not = text_in(answer, "why_not");
+  if (const std::string why = text_in(answer, "why_not"); !why.empty()) plain.why_not = why;
   plain.warnings = texts_in(answer, "warnings");
-  if (!plain.why_not.empty()) return plain;
+  if (plain.why_not) return plain;
   plain.compression = text_in(answer, "compression");
   for (const Json& piece : list_in(answer, "pieces")) plain.pieces.push_back(piece_in(piece, file, files));
   const std::uint64_t size = size_of(plain.pieces);
@@ -285,8 +285,8 @@ nlohmann::ordered_json json_of(const SliceRun& run) {
 nlohmann::ordered_json json_of(const ReaderPlainFile& file) {
   nlohmann::ordered_json json = {{"answer", "plain file"}};
   if (!file.warnings.empty()) json["warnings"] = file.warnings;
-  if (!file.why_not.empty()) {
-    json["why_not"] = file.why_not;
+  if (file.why_not) {
+    json["why_not"] = *file.why_not;
     return json;
   }
   json["compression"] = file.compression;

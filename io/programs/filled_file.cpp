@@ -37,11 +37,11 @@ class FilledFile::Nameless {
   Descriptor descriptor_;
 };
 
-FilledFile::FilledFile(OutputFile& file, const std::string& path, const std::string& spool)
+FilledFile::FilledFile(OutputFile& file, const std::string& path, const std::optional<std::string>& spool)
     : file_(file), name_(file.name()) {
   if (!file.can_seek()) {
-    nameless_ = std::make_unique<Nameless>(spool.empty() ? SpoolFile::beside(path)
-                                                         : SpoolFile::in(spool, file.name()));
+    nameless_ =
+        std::make_unique<Nameless>(spool ? SpoolFile::in(*spool, file.name()) : SpoolFile::beside(path));
     name_ += fmt::format(" (through a temporary file in {})", nameless_->folder());
     path_ = nameless_->path();
     return;

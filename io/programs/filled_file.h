@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "io/files/output_file.h"
@@ -13,8 +14,8 @@ namespace tagrid {
 class FilledFile {
  public:
   /// `file` must outlive the object; nothing has been written to it. `path`: its own. What is for a pipe or a
-  /// device waits in a temporary file in the folder `spool`; "": in that for temporary files.
-  FilledFile(OutputFile& file, const std::string& path, const std::string& spool = "");
+  /// device waits in a temporary file in the folder `spool`, or in that for temporary files.
+  FilledFile(OutputFile& file, const std::string& path, const std::optional<std::string>& spool = {});
   ~FilledFile();
   FilledFile(const FilledFile&) = delete;
   FilledFile& operator=(const FilledFile&) = delete;

@@ -91,8 +91,8 @@ std::string about_missing_program(std::string_view name) {
 
 std::string writer_for(const std::string& path, std::string_view format, std::string_view name) {
   if (auto program = find_writer(name)) return *program;
-  throw WorldError(fmt::format("{}: {} is written by the program tagrid-write-{}, which is not installed {}",
-                               shown_output(path), format, name, about_missing_program(name)));
+  throw WorldError("{}: {} is written by the program tagrid-write-{}, which is not installed {}",
+                   shown_output(path), format, name, about_missing_program(name));
 }
 
 std::vector<FoundProgram> all_readers() { return all(reader_prefix); }

@@ -160,9 +160,10 @@ std::string setting_of(const std::string& option) { return option == "grid" ? "v
     if (!volume.is_object()) throw WrongAnswer("\"list\" is not a list of objects");
     choices.push_back({text_in(volume, "name"), text_in(volume, "text")});
   }
-  const Sentence sentence{"{}: holds {} volumes; choose one with {}, by its number or its name:",
-                          {path, choices.size(), Setting{setting_of(option), "the option " + option}}};
-  throw UsageError(sentence, std::move(choices));
+  const std::string setting = setting_of(option), words = "the option " + option;
+  const Sentence sentence("{}: holds {} volumes; choose one with {}, by its number or its name:", path,
+                          choices.size(), Setting{setting, words});
+  throw UsageError(sentence, {.subject = path, .option = setting, .choices = std::move(choices)});
 }
 
 /// A program of which only twins open files. It has loaded its libraries and what these read; see
@@ -237,8 +238,8 @@ PlainForm ReaderConversation::plain_form(const ReaderVolume& volume) {
       return plain_file_in(answer, i, volume.files.size(), volume.info);
     });
     form.warnings.insert(form.warnings.end(), file.warnings.begin(), file.warnings.end());
-    if (!file.why_not.empty())
-      return {"", {}, {}, fmt::format("{}: {}", volume.files[i], file.why_not), std::move(form.warnings)};
+    if (file.why_not)
+      return {"", {}, {}, fmt::format("{}: {}", volume.files[i], *file.why_not), std::move(form.warnings)};
     if (!file.compression.empty() && std::ranges::find(compressions, file.compression) == compressions.end())
       compressions.push_back(file.compression);
     form.files.push_back({volume.files[i], !file.compression.empty(), std::move(file.pieces)});

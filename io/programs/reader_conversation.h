@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,8 +38,8 @@ struct NumberedRun {
 struct ReaderPlainFile {
   std::string compression;  ///< of its samples; "" if the file is as it is
   std::vector<PlainPiece> pieces;
-  std::vector<NumberedRun> places;  ///< of its slices among these pieces
-  std::string why_not;              ///< a sentence if there is no plain form
+  std::vector<NumberedRun> places;     ///< of its slices among these pieces
+  std::optional<std::string> why_not;  ///< a sentence if there is no plain form
   std::vector<std::string> warnings;
 };
 

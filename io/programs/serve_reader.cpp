@@ -60,7 +60,7 @@ OrderedJson json_of(const SeveralVolumes& several) {
 
 void give_slices(ServedVolume& volume, std::int64_t from, std::int64_t to) {
   if (from < 0 || to > volume.dims.z || from >= to)
-    throw UsageError(fmt::format("there are no slices {} to {}", from, to));
+    throw UsageError("there are no slices {} to {}", from, to);
   std::vector<std::byte> slice(memory_size(*sample_bytes({volume.dims.x, volume.dims.y, 1}, volume.type)));
   for (std::int64_t z = from; z < to; ++z) {
     volume.read_slice(z, slice.data());
@@ -72,7 +72,7 @@ void give_slices(ServedVolume& volume, std::int64_t from, std::int64_t to) {
 
 constexpr std::size_t most_listed = 10;
 
-void answer(const OrderedJson& request, const OpenServed& open, std::unique_ptr<ServedVolume>& volume) {
+void answer(const OrderedJson& request, OpenServed open, std::unique_ptr<ServedVolume>& volume) {
   const std::string what = request.value("request", "");
   if (what == "describe") {
     volume.reset();
@@ -100,9 +100,9 @@ std::size_t chosen(const std::string& path, const std::string& option, const std
   }
   // Which of them is meant would depend on their order.
   if (const auto count = std::ranges::count(list, wanted, &Choice::name); count > 1)
-    throw UsageError(fmt::format(
+    throw UsageError(
         "{}: has {} volumes that are called {}; move the files of one of them to another directory", path,
-        count, wanted));
+        count, wanted);
   for (std::size_t i = 0; i < list.size(); ++i)
     if (list[i].name == wanted) return i;
   for (std::size_t i = 0; i < list.size(); ++i)
@@ -111,11 +111,10 @@ std::size_t chosen(const std::string& path, const std::string& option, const std
   for (const Choice& choice : list) names.push_back(choice.name);
   const std::string those = names.size() <= most_listed ? fmt::format("it has {}", fmt::join(names, ", "))
                                                         : "without this option, the existing ones are listed";
-  throw UsageError(fmt::format("{}: has no {} {}; {}", path, option, wanted, those));
+  throw UsageError("{}: has no {} {}; {}", path, option, wanted, those);
 }
 
-int serve_volumes(const std::string& name, const OpenServed& open, const FilesBeside& beside,
-                  void (*prepare)()) {
+int serve_volumes(const std::string& name, OpenServed open, const FilesBeside& beside, void (*prepare)()) {
   // Libraries of other programs start threads, of which a twin has none.
   const bool makes_twins = prepare != nullptr;
   const OrderedJson hello = {

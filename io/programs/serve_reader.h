@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -63,14 +62,13 @@ std::size_t chosen(const std::string& path, const std::string& option, const std
                    const std::vector<Choice>& list);
 
 /// Opens the volume at `path`. Throws BrokenInput, UsageError, WorldError, SeveralVolumes.
-using OpenServed =
-    std::function<std::unique_ptr<ServedVolume>(const std::string& path, const ReaderOptions& options)>;
+using OpenServed = std::unique_ptr<ServedVolume> (*)(const std::string& path, const ReaderOptions& options);
 
 /// Answers requests on the standard input until it ends. Returns the exit code of the program. From its first request
 /// on, the program is confined to the source that this names, and to the files `beside` it.
 /// `prepare` does before that, once for all twins, what takes long and is the same for all sources. A program with it
 /// makes twins. REQUIRES: no library that is linked or prepared starts threads.
-int serve_volumes(const std::string& name, const OpenServed& open, const FilesBeside& beside = {},
+int serve_volumes(const std::string& name, OpenServed open, const FilesBeside& beside = {},
                   void (*prepare)() = nullptr);
 
 }  // namespace tagrid

@@ -18,7 +18,7 @@ WriteRequest request_of(const OrderedJson& json) {
   const OrderedJson& volume = json.at("volume");
   const auto& dims = volume.at("dims");
   const auto type = sample_type_named(volume.at("type").get<std::string>());
-  if (!type) throw UsageError(fmt::format("the type {} is not known", volume.at("type").dump()));
+  if (!type) throw UsageError("the type {} is not known", volume.at("type").dump());
   VolumeInfo info{{dims.at(0), dims.at(1), dims.at(2)}, *type, parse_metadata(volume.value("nrrd", ""))};
   if (volume.contains("origin")) info.metadata.set_origin(volume.at("origin"));
   return {json.at("path"), json.value("name", json.at("path").get<std::string>()), std::move(info),
@@ -32,7 +32,7 @@ std::int64_t count_of(const OrderedJson& mesh, const char* what) {
   const OrderedJson& count = mesh.at(what);
   const bool is_count =
       count.is_number_unsigned() && count.get<std::uint64_t>() <= std::uint64_t{most_entries};
-  if (!is_count) throw UsageError(fmt::format("a mesh cannot have {} {}", count.dump(), what));
+  if (!is_count) throw UsageError("a mesh cannot have {} {}", count.dump(), what);
   return count;
 }
 
@@ -41,10 +41,10 @@ MeshLayout::Data data_of(const OrderedJson& mesh, const char* what) {
   for (const OrderedJson& array : mesh.value(what, OrderedJson::array())) {
     const std::string name = array.at("name"), type = array.at("type");
     const auto known = sample_type_named(type);
-    if (!known) throw UsageError(fmt::format("the type {} is not known", OrderedJson(type).dump()));
+    if (!known) throw UsageError("the type {} is not known", OrderedJson(type).dump());
     if (name.empty() || name.find('/') != name.npos || name == "." || name == positions_array ||
         name == connectivity_array)
-      throw UsageError(fmt::format("data cannot have the name {}", OrderedJson(name).dump()));
+      throw UsageError("data cannot have the name {}", OrderedJson(name).dump());
     data.emplace_back(name, *known);
   }
   return data;
@@ -97,14 +97,14 @@ class MeshEntries {
   MeshPiece next(const std::string& name, std::int64_t from, std::int64_t to, const std::string& file) {
     skip_complete();
     if (array_ == arrays_.size())
-      throw UsageError(fmt::format("{}: entries of {} come when the mesh is complete", file, name));
+      throw UsageError("{}: entries of {} come when the mesh is complete", file, name);
     const MeshArray& array = arrays_[array_];
     if (name != array.name || from != entry_ || to <= from || to > array.entries)
-      throw UsageError(fmt::format("{}: entries [{}, {}) of {} come, but those of {} from {} to {} are next",
-                                   file, from, to, name, array.name, entry_, array.entries));
+      throw UsageError("{}: entries [{}, {}) of {} come, but those of {} from {} to {} are next", file, from,
+                       to, name, array.name, entry_, array.entries);
     if (static_cast<std::uint64_t>(to - from) > most_bytes_of_piece / array.entry_bytes)
-      throw UsageError(fmt::format("{}: {} entries of {} at once are more than {} bytes", file, to - from,
-                                   name, most_bytes_of_piece));
+      throw UsageError("{}: {} entries of {} at once are more than {} bytes", file, to - from, name,
+                       most_bytes_of_piece);
     entry_ = to;
     const std::int64_t count = to - from;
     return {array_, from, count, static_cast<std::size_t>(count) * array.entry_bytes};
@@ -113,8 +113,8 @@ class MeshEntries {
   void require_all(const std::string& file) {
     skip_complete();
     if (array_ < arrays_.size())
-      throw UsageError(fmt::format("{}: the array {} ends after {} of {} entries", file, arrays_[array_].name,
-                                   entry_, arrays_[array_].entries));
+      throw UsageError("{}: the array {} ends after {} of {} entries", file, arrays_[array_].name, entry_,
+                       arrays_[array_].entries);
   }
 
  private:
@@ -142,8 +142,7 @@ void say_done(ServedFile& file) {
 /// What is written: nothing yet, a volume, or a mesh.
 class Written {
  public:
-  Written(const BeginServed& begin, const BeginServedMesh& begin_mesh)
-      : begin_(begin), begin_mesh_(begin_mesh) {}
+  Written(BeginServed volume, BeginServedMesh mesh) : begin_(volume), begin_mesh_(mesh) {}
 
   /// What messages call the file.
   const std::string& name() const { return name_; }
@@ -186,7 +185,7 @@ class Written {
   const std::byte* take(std::uint64_t bytes, const std::string& within) {
     piece_.resize(memory_size(bytes));
     if (!std::cin.read(reinterpret_cast<char*>(piece_.data()), static_cast<std::streamsize>(bytes)))
-      throw WorldError(fmt::format("{}: the bytes end within {}", name_, within));
+      throw WorldError("{}: the bytes end within {}", name_, within);
     return piece_.data();
   }
 
@@ -212,8 +211,8 @@ class Written {
     say_done(*volume_);
   }
 
-  const BeginServed& begin_;
-  const BeginServedMesh& begin_mesh_;
+  BeginServed begin_;
+  BeginServedMesh begin_mesh_;
   std::string name_;
   VolumeInfo info_;
   std::unique_ptr<ServedOutput> volume_;
@@ -224,7 +223,7 @@ class Written {
 
 }  // namespace
 
-int serve_writer(const std::string& name, const BeginServed& begin, const BeginServedMesh& begin_mesh) {
+int serve_writer(const std::string& name, BeginServed begin, BeginServedMesh begin_mesh) {
   std::ios::sync_with_stdio(false);
   begin_to_answer();
   say({{"tagrid-writer", 1}, {"name", name}, {"version", TAGRID_VERSION}});

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -58,11 +57,11 @@ class ServedMesh : public ServedFile {
 };
 
 /// Begin a file. They throw UsageError and WorldError.
-using BeginServed = std::function<std::unique_ptr<ServedOutput>(const WriteRequest& request)>;
-using BeginServedMesh = std::function<std::unique_ptr<ServedMesh>(const WriteMeshRequest& request)>;
+using BeginServed = std::unique_ptr<ServedOutput> (*)(const WriteRequest& request);
+using BeginServedMesh = std::unique_ptr<ServedMesh> (*)(const WriteMeshRequest& request);
 
 /// Answers requests on the standard input until it ends. Without `begin_mesh`, the request for a mesh is
 /// unknown. Returns the exit code of the program.
-int serve_writer(const std::string& name, const BeginServed& begin, const BeginServedMesh& begin_mesh = {});
+int serve_writer(const std::string& name, BeginServed begin, BeginServedMesh begin_mesh = nullptr);
 
 }  // namespace tagrid

@@ -74,12 +74,12 @@ std::unique_ptr<FileBytes> open_data_file(const std::string& path, const std::st
   // Opening reports missing files and directories.
   const bool is_plain = !status || status->is_file() || status->is_folder();
   if (data_file == "-" || !is_plain)
-    throw BrokenInput(fmt::format("{}: {} header: data file: {}: must name a file, not a stream or a device",
-                                  header_name, format, tagrid::quoted(std::string_view(data_file))));
+    throw BrokenInput("{}: {} header: data file: {}: must name a file, not a stream or a device", header_name,
+                      format, tagrid::quoted(std::string_view(data_file)));
   try {
     return std::make_unique<FileBytes>(path);
   } catch (const WorldError& error) {
-    throw WorldError(fmt::format("{}; it is the data file that {} names", error.what(), header_name));
+    throw WorldError("{}; it is the data file that {} names", error.what(), header_name);
   }
 }
 

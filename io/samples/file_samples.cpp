@@ -137,8 +137,8 @@ class FileSamples : public VolumeSource {
     const std::size_t sample = size_of(info().type), size = static_cast<std::size_t>(count) * sample;
     const std::size_t present = read(size);
     if (present != size)
-      throw BrokenInput(fmt::format("{}: {}, but it ends after {}", file_->name(), expected(),
-                                    static_cast<std::uint64_t>(first) * sample + present));
+      throw BrokenInput("{}: {}, but it ends after {}", file_->name(), expected(),
+                        static_cast<std::uint64_t>(first) * sample + present);
     swap_if_not_native(out, static_cast<std::size_t>(count), sample, place_.big_endian);
   }
 
@@ -146,7 +146,7 @@ class FileSamples : public VolumeSource {
     if (place_.may_go_on) return;
     std::byte next;
     if (read_bytes(&next, 1) != 0)
-      throw BrokenInput(fmt::format("{}: {}, but more are present", file_->name(), expected()));
+      throw BrokenInput("{}: {}, but more are present", file_->name(), expected());
   }
 };
 
@@ -158,15 +158,15 @@ class PlainSamples : public FileSamples {
       // The length of a pipe is known only after reading it.
       file_->skip(place_.start - file_->position());
       if (file_->position() != place_.start)
-        throw BrokenInput(fmt::format("{}: ends before byte {}, where the samples should begin",
-                                      file_->name(), place_.start));
+        throw BrokenInput("{}: ends before byte {}, where the samples should begin", file_->name(),
+                          place_.start);
       return;
     }
     if (place_.start <= *file_->size()) file_->seek(place_.start);
     if (present_bytes() == expected_bytes() || (place_.may_go_on && present_bytes() > expected_bytes()))
       return;
     // The description is wrong, or this is not the intended file.
-    if (*file_->size() == 0) throw BrokenInput(fmt::format("{}: is empty; {}", file_->name(), expected()));
+    if (*file_->size() == 0) throw BrokenInput("{}: is empty; {}", file_->name(), expected());
     throw WrongSize(fmt::format("{}: {}, but {} are present", file_->name(), expected(), present_bytes()),
                     place_.start == 0 ? file_->peek(FileBytes::peek_limit) : std::string_view());
   }
@@ -189,8 +189,8 @@ class CompressedSamples final : public FileSamples {
         skipped_(skipped) {
     CompressedSamples::seek(0);
     if (file_->size() && (expected_bytes() + skipped_) / stream_.max_ratio() > present_bytes())
-      throw BrokenInput(fmt::format("{}: {}, which {} bytes of {} cannot hold", file_->name(), expected(),
-                                    present_bytes(), stream_.method()));
+      throw BrokenInput("{}: {}, which {} bytes of {} cannot hold", file_->name(), expected(),
+                        present_bytes(), stream_.method());
   }
 
  private:
@@ -202,7 +202,7 @@ class CompressedSamples final : public FileSamples {
     for (std::uint64_t left = skipped_ + static_cast<std::uint64_t>(z) * slice_bytes(); left > 0;) {
       const std::size_t count = std::min<std::uint64_t>(left, sizeof bytes);
       if (stream_.read(bytes, count) != count)
-        throw BrokenInput(fmt::format("{}: {}, but it ends earlier", file_->name(), expected()));
+        throw BrokenInput("{}: {}, but it ends earlier", file_->name(), expected());
       left -= count;
     }
   }

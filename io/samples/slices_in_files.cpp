@@ -36,9 +36,9 @@ class Placed final : public VolumeSource {
       const auto source = facts().opened->file(run.file);
       const auto end = end_of_run(run, rows());
       if (!end || *end > source->size())
-        throw BrokenInput(fmt::format("{}: has {} bytes, but its slices should end at byte {} ({})",
-                                      source->name(), source->size(), end ? std::to_string(*end) : "2^64",
-                                      described(info().dims, info().type)));
+        throw BrokenInput("{}: has {} bytes, but its slices should end at byte {} ({})", source->name(),
+                          source->size(), end ? std::to_string(*end) : "2^64",
+                          described(info().dims, info().type));
     }
   }
 

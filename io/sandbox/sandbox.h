@@ -2,7 +2,6 @@
 // If a malicious file takes it over, it cannot write, connect, start a program, or read other files.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,12 +17,12 @@ std::string sandbox_in_words();
 /// What a reader may open besides its source: regular files in the same directory that are not
 /// hidden.
 struct FilesBeside {
-  /// True if the file called `own` may need the one called `other`. None if it is empty.
-  std::function<bool(std::string_view own, std::string_view other)> may_need = {};
+  /// True if the file called `own` may need the one called `other`. None if it is null.
+  bool (*may_need)(std::string_view own, std::string_view other) = nullptr;
   /// True if the reader searches for these files, and must therefore be able to list the directory.
   bool are_listed = false;
   /// True if a file of this name names files anywhere below its directory.
-  std::function<bool(std::string_view own)> names_a_tree = {};
+  bool (*names_a_tree)(std::string_view own) = nullptr;
 };
 
 /// Confines this process for the rest of its life, with all threads that it starts. It can then

@@ -1,5 +1,4 @@
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/signalfd.h>
@@ -108,8 +107,7 @@ EndSignals::EndSignals() : kept_(std::make_unique<Kept>()) {
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&kept_->set, number);
   if (pthread_sigmask(SIG_BLOCK, &kept_->set, &kept_->before) == 0)
     kept_->descriptor = signalfd(-1, &kept_->set, SFD_CLOEXEC);
-  if (kept_->descriptor < 0)
-    throw WorldError(fmt::format("signals cannot be waited for: {}", std::strerror(errno)));
+  if (kept_->descriptor < 0) throw WorldError("signals cannot be waited for: {}", std::strerror(errno));
 }
 
 EndSignals::~EndSignals() = default;

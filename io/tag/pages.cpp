@@ -93,9 +93,8 @@ std::string name_of_page(const PageLayout& layout, std::int64_t page) {
 PageBlocks::PageBlocks(std::int64_t bricks, std::uint64_t& checksum, ByteSink& out)
     : layout_(bricks), checksum_(checksum), out_(out) {
   if (!layout_.is_possible())
-    throw UsageError(
-        Sentence{"a file of {} bricks is not possible, only of {}; take larger bricks ({})",
-                 {bricks, PageLayout::most_pages * PageLayout::most_bricks, Setting{"brick", "their edge"}}});
+    throw UsageError("a file of {} bricks is not possible, only of {}; take larger bricks ({})", bricks,
+                     PageLayout::most_pages * PageLayout::most_bricks, Setting{"brick", "their edge"});
 }
 
 void PageBlocks::add(std::size_t activity_bytes, std::size_t value_bytes, const Statistics& brick) {

@@ -146,10 +146,10 @@ void give_spacing(VolumeSource& volume, const GivenSpacing& given) {
   const bool is_same = agrees(before, given);
   if (!is_same && !given.overrides)
     throw UsageError(
-        Sentence{"{}: states the spacing {}, but {} is {}; leave it out, or use {} to replace what "
-                 "the file states",
-                 {volume.name(), in_words(before), Setting{"spacing", "the given spacing"}, text,
-                  Setting{"override-spacing", "a spacing that overrides it"}}});
+        "{}: states the spacing {}, but {} is {}; leave it out, or use {} to replace what "
+        "the file states",
+        volume.name(), in_words(before), Setting{"spacing", "the given spacing"}, text,
+        Setting{"override-spacing", "a spacing that overrides it"});
   if (is_same && is_complete(before, given)) return;
   const Geometry after = with_spacing(before, given);
   KeyValues pairs;

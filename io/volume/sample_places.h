@@ -93,8 +93,8 @@ struct PlainForm {
   /// How samples are compressed, for users: "gzip"; "" if unknown.
   std::string compression;
   std::vector<PlainFile> files;
-  std::vector<SliceRun> places;  ///< of all samples in `files`, from front to back
-  std::string why_not;           ///< a sentence if there is no plain form; "" if there is one
+  std::vector<SliceRun> places;             ///< of all samples in `files`, from front to back
+  std::optional<std::string> why_not = {};  ///< a sentence if there is no plain form
   /// What users should know of the samples, and is known only after they are decoded.
   std::vector<std::string> warnings = {};
 };

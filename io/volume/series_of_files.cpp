@@ -12,30 +12,30 @@ NumberedFiles chosen_series(const std::string& folder, std::vector<std::string> 
                             const SourceDescription& source) {
   std::vector<NumberedFiles> series = numbered_files(std::move(files));
   if (series.empty()) throw BrokenInput(folder + ": has no files");
-  if (!source.series.empty()) {
+  if (source.series) {
     std::vector<NumberedFiles> meant;
     for (const NumberedFiles& one : series)
       if (one.pattern == source.series) meant.push_back(one);
     if (meant.size() > 1)
-      throw UsageError(fmt::format(
+      throw UsageError(
           "{}: has {} series that are called {}; move the files of one of them to another directory", folder,
-          meant.size(), source.series));
+          meant.size(), *source.series);
     for (std::size_t i = 0; i < series.size() && meant.empty(); ++i)
       if (std::to_string(i + 1) == source.series) meant = {series[i]};
     if (meant.empty())
-      throw UsageError(Sentence{"{}: has no series {}; without {}, the existing ones are listed",
-                                {folder, source.series, Setting{"series", "this setting"}}});
+      throw UsageError("{}: has no series {}; without {}, the existing ones are listed", folder,
+                       *source.series, Setting{"series", "this setting"});
     series = std::move(meant);
   }
   if (series.size() != 1) {
     std::vector<Choice> choices;
     for (const NumberedFiles& one : series)
       choices.push_back({one.pattern, fmt::format("{} files", one.paths.size())});
-    const Sentence sentence{"{}: holds {} series of files; choose one with {}, by its number or its name:",
-                            {folder, choices.size(), Setting{"series", "the series"}}};
-    throw UsageError(sentence, std::move(choices));
+    const Sentence sentence("{}: holds {} series of files; choose one with {}, by its number or its name:",
+                            folder, choices.size(), Setting{"series", "the series"});
+    throw UsageError(sentence, {.subject = folder, .option = "series", .choices = std::move(choices)});
   }
-  if (series.front().same) throw BrokenInput(fmt::format("{}: {}", folder, same_in_words(series.front())));
+  if (series.front().same) throw BrokenInput("{}: {}", folder, same_in_words(series.front()));
   return std::move(series.front());
 }
 

@@ -62,21 +62,21 @@ struct KnownVolume;
 
 struct SourceDescription {
   SourceDescription() = default;
-  explicit SourceDescription(const std::optional<RawDescription>& description, std::string grid = "")
+  explicit SourceDescription(const std::optional<RawDescription>& description,
+                             std::optional<std::string> grid = {})
       : raw(description), vdb_grid(std::move(grid)) {}
 
   std::optional<RawDescription> raw;
   std::optional<GivenSpacing> spacing;
-  std::string vdb_grid;  ///< For an OpenVDB file, the name of the grid; "" if it has only one.
-  std::string from;      ///< The name of the format; "" if the content of the file says it.
-  std::string
-      series;  ///< Of several series in a folder, the name or the number of one; "" if there is only one.
+  std::optional<std::string> vdb_grid;  ///< The name of a grid, if an OpenVDB file has several.
+  std::optional<std::string> from;    ///< The name of the format, if the content of the file does not say it.
+  std::optional<std::string> series;  ///< The name or the number of one of several series in a folder.
   /// Without a series: every_volume is meant where the format of the file can give all volumes at once, as
   /// VolumeInfo::volumes.
   bool all_volumes = false;
-  bool gaps_ok = false;       ///< Missing slice numbers are not an error.
-  bool data_outside = false;  ///< A header may name files outside of its directory.
-  std::string dataset;  ///< The path of the data set in a file of many; "" if it is clear which one is meant.
+  bool gaps_ok = false;                ///< Missing slice numbers are not an error.
+  bool data_outside = false;           ///< A header may name files outside of its directory.
+  std::optional<std::string> dataset;  ///< The path of the data set in a file of several.
   /// Bytes of memory that a reader program may take while it describes the volume.
   std::uint64_t reader_memory = most_first_memory;
   /// What is known of this very volume, if it was opened a moment ago: opening it need not describe it again, unless

@@ -23,8 +23,8 @@ struct SinkOptions {
   bool overwrite = false;
   /// The permissions and times that the files get.
   std::optional<FileAttributes> like = std::nullopt;
-  /// The folder for a temporary file, if a program writes to a pipe; "" for the usual one.
-  std::string spool = "";
+  /// The folder for a temporary file, if a program writes to a pipe. If not given, the usual one.
+  std::optional<std::string> spool = std::nullopt;
   /// Other processes write the samples; see VolumeSink::place().
   bool others_write = false;
 };

@@ -56,21 +56,6 @@ void VolumeSource::finish() {
   end();
 }
 
-void read_to_end(VolumeSource& source, const std::function<void(std::span<std::byte> samples)>& use) {
-  constexpr std::size_t at_once = std::size_t{1} << 20;
-  const std::size_t size = size_of(source.info().type);
-  std::int64_t left = Box::of_size(source.info().dims).count() - source.next_sample();
-  const std::int64_t most =
-      source.traits().whole_slices ? source.slice_samples() : static_cast<std::int64_t>(at_once / size);
-  std::vector<std::byte> samples(static_cast<std::size_t>(std::min(most, left)) * size);
-  for (; left > 0; left -= std::min(most, left)) {
-    const std::int64_t count = std::min(most, left);
-    source.read_samples(samples.data(), count);
-    use(std::span(samples).first(static_cast<std::size_t>(count) * size));
-  }
-  source.finish();
-}
-
 std::uint64_t checksum_of_samples(VolumeSource& source) {
   RunningChecksum checksum;
   read_to_end(source, [&](std::span<const std::byte> samples) { checksum.add(samples); });

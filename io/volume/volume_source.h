@@ -1,6 +1,7 @@
 // Sources of samples: a file of any format, a pipe, or another source.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -156,7 +157,21 @@ class VolumeSource {
 };
 
 /// Reads all remaining samples, one MiB or one slice at a time, and calls finish().
-void read_to_end(VolumeSource& source, const std::function<void(std::span<std::byte> samples)>& use);
+template <class Use>
+void read_to_end(VolumeSource& source, Use use) {
+  constexpr std::size_t at_once = std::size_t{1} << 20;
+  const std::size_t size = size_of(source.info().type);
+  std::int64_t left = Box::of_size(source.info().dims).count() - source.next_sample();
+  const std::int64_t most =
+      source.traits().whole_slices ? source.slice_samples() : static_cast<std::int64_t>(at_once / size);
+  std::vector<std::byte> samples(static_cast<std::size_t>(std::min(most, left)) * size);
+  for (; left > 0; left -= std::min(most, left)) {
+    const std::int64_t count = std::min(most, left);
+    source.read_samples(samples.data(), count);
+    use(std::span(samples).first(static_cast<std::size_t>(count) * size));
+  }
+  source.finish();
+}
 
 /// The checksum of all samples of a volume, in raster order and the byte order of memory. It does not depend
 /// on the format of the volume. Throws BrokenInput, WorldError. REQUIRES: nothing was read yet.

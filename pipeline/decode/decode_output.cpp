@@ -94,10 +94,10 @@ std::shared_ptr<VolumeSink> DecodeOutput::begin() {
   return sink_;
 }
 
-RowOutput::RowOutput(VolumeSink& sink, const std::string& spool_folder, const std::string& name,
-                     std::int64_t first)
+RowOutput::RowOutput(VolumeSink& sink, const std::optional<std::string>& spool_folder,
+                     const std::string& name, std::int64_t first)
     : sink_(sink), first_(first) {
-  if (!spool_folder.empty()) spool_.emplace(SpoolFile::in(spool_folder, name));
+  if (spool_folder) spool_.emplace(SpoolFile::in(*spool_folder, name));
 }
 
 void RowOutput::write(const DecodedRows& rows) {

@@ -139,9 +139,9 @@ class DecodeOutput {
 /// Passes samples to a sink: at their positions, or in raster order through a file for a layer of bricks.
 class RowOutput : public RowSink {
  public:
-  /// `spool_folder`: the directory of the temporary file; "" if rows come in the order of the sink.
+  /// `spool_folder`: the directory of the temporary file; none if rows come in the order of the sink.
   /// `first`: the number of the sink's sample that is the first one of the rows.
-  RowOutput(VolumeSink& sink, const std::string& spool_folder, const std::string& name,
+  RowOutput(VolumeSink& sink, const std::optional<std::string>& spool_folder, const std::string& name,
             std::int64_t first = 0);
 
   /// REQUIRES: rows come in the order of their bricks.

@@ -93,7 +93,7 @@ DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, 
   const std::int64_t all = p.bricks().bricks(1);
   const bool any_order = use == DecodeUse::write || use == DecodeUse::verify;
   const bool in_order = use == DecodeUse::stream || use == DecodeUse::verify_stream;
-  const bool may_spool = in_order && !resources.spool.empty();
+  const bool may_spool = in_order && resources.spool;
   const bool verifies = use == DecodeUse::verify || use == DecodeUse::verify_stream;
   DecodeLoad smallest;
   smallest.with_grid = verifies || use == DecodeUse::mesh;
@@ -132,7 +132,7 @@ DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, 
                   use == DecodeUse::mesh ? "decoding the grid of"
                   : verifies             ? "verifying"
                                          : "decoding",
-                  *resources.memory, plan.memory, with_spool);
+                  {.needed = plan.memory, .allowed = *resources.memory, .with_spool = with_spool});
   }
   return plan;
 }

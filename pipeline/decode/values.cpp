@@ -1,7 +1,5 @@
 #include "pipeline/decode/values.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -84,9 +82,9 @@ ValueRule rule_of_slices(const TagHeader& header, const Interval& samples) {
   const auto slices = rescale_of_slices(header.metadata, p.dims.z);
   if (!slices)
     throw UsageError(
-        Sentence{"slices have individual slopes (slice_slopes), but not one for each of {} slices, so values "
-                 "are unknown; leave out {}",
-                 {p.dims.z, Setting{"values", "that values are wanted"}}});
+        "slices have individual slopes (slice_slopes), but not one for each of {} slices, so values "
+        "are unknown; leave out {}",
+        p.dims.z, Setting{"values", "that values are wanted"});
   return rule_of_values(p.type, samples, slices->slopes, slices->intercepts);
 }
 
@@ -95,8 +93,8 @@ ValueRule rule_of_slices(const TagHeader& header, const Interval& samples) {
 void require_scale(const Metadata& metadata, const Setting& of_values) {
   const std::string doubt = scale_doubt_in(metadata);
   if (doubt.empty()) return;
-  throw UsageError(Sentence{"{}. The values that {} needs are therefore unknown; give {}",
-                            {doubt, of_values, Setting{"samples", "stored samples"}}});
+  throw UsageError("{}. The values that {} needs are therefore unknown; give {}", doubt, of_values,
+                   Setting{"samples", "stored samples"});
 }
 
 VolumeInfo WrittenNumbers::info(const VolumeInfo& samples) const {
@@ -167,14 +165,14 @@ void change_brick(const WrittenNumbers& numbers, const BrickGrid& bricks, const 
   if (!outside) return;
   const std::string_view type = name_of(numbers.rule.to);
   if (numbers.is_range_known)
-    throw BrokenInput(fmt::format("{}: brick {}: the value {} exceeds the range in the index", name, brick.id,
-                                  outside->value));
-  throw UsageError(Sentence{
+    throw BrokenInput("{}: brick {}: the value {} exceeds the range in the index", name, brick.id,
+                      outside->value);
+  throw UsageError(
       "{}: the value {} is not one of type {}, and the range of values was not known before: only the "
       "end of a .tag file says it; decode a whole file instead of a pipe, or give {} (a larger "
       "type) or {} (with slope and intercept in the header)",
-      {name, outside->value, type, Setting{"values", "that values are wanted"},
-       Setting{"samples", "that stored samples are wanted"}}});
+      name, outside->value, type, Setting{"values", "that values are wanted"},
+      Setting{"samples", "that stored samples are wanted"});
 }
 
 }  // namespace tagrid

@@ -72,7 +72,7 @@ struct Run {
   SinkFailure failure = {};
 };
 
-void write(Run& run, std::int64_t id, BrickCode& code, std::size_t sample_bytes) {
+void hand_over(Run& run, std::int64_t id, BrickCode& code, std::size_t sample_bytes) {
   try {
     run.bricks->write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
   } catch (...) {
@@ -153,7 +153,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   flow::sequencer_node<EncodedBrick> in_order_again(graph, place);
   Write write(graph, flow::serial, [&](const EncodedBrick& brick, Write::output_ports_type& out) {
     const TimeOfNode time(Node::write_brick);
-    if (run.bricks != nullptr) tagrid::write(run, brick.id, *brick.code, size_of(parameters.type));
+    if (run.bricks != nullptr) hand_over(run, brick.id, *brick.code, size_of(parameters.type));
     std::get<0>(out).try_put(1);
     const std::int64_t done = brick.id - first_brick + 1;
     if (done % layer_bricks == 0)

@@ -31,11 +31,11 @@ void write_overviews(const TagHeader& file, const std::vector<int>& factors, con
   WatchOfOverview of_overview(watch);
   const Index3 dims = file.parameters.dims;
   for (const int factor : factors) {
-    while (sums.layout().factor < factor) sums = coarser(sums, dims, resources.spool, output);
+    while (sums.layout().factor < factor) sums = coarser(sums, dims, resources.spool.value(), output);
     EncodeJob job{.header = overview_header(file, factor, total)};
     const CodingParameters& p = job.parameters();
     job.plan = plan_encoding(p, resources, true, {.besides = sums.layout().row_bytes()});
-    SpoolFile encoded = SpoolFile::in(resources.spool, output);
+    SpoolFile encoded = SpoolFile::in(resources.spool.value(), output);
     SpoolSink sink(encoded);
     TagWriter writer(sink, job.header);
     MeansSource means(sums, dims);
@@ -53,7 +53,8 @@ OverviewsOfStream::OverviewsOfStream(TagHeader header, std::vector<int> factors,
       resources_(resources),
       output_(std::move(output)) {
   const CodingParameters& p = header_.parameters;
-  if (!factors_.empty()) sums_.emplace(layout_of_sums(p.dims, p.type, block_edge), resources_.spool, output_);
+  if (!factors_.empty())
+    sums_.emplace(layout_of_sums(p.dims, p.type, block_edge), resources_.spool.value(), output_);
 }
 
 void OverviewsOfStream::write(TagWriter& writer, Watch& watch) {

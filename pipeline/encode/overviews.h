@@ -29,7 +29,7 @@ class SpoolSink : public ByteSink {
 };
 
 /// Encodes the overviews of a file with these factors, which increase, and passes them to `out`. `sums` are
-/// those of blocks of 4. Temporary files are in `resources.spool`, which must not be "". An
+/// those of blocks of 4. Temporary files are in `resources.spool`, which must be given. An
 /// exception of watch.before_reading() ends the work. Throws WorldError.
 void write_overviews(const TagHeader& file, const std::vector<int>& factors, const Statistics& total,
                      SumsFile sums, const Resources& resources, const std::string& output, MemberSink& out,
@@ -39,7 +39,7 @@ void write_overviews(const TagHeader& file, const std::vector<int>& factors, con
 /// and then writes the members. Does nothing if the file has none.
 class OverviewsOfStream {
  public:
-  /// Creates the temporary file of the sums in `resources.spool`, which must not be "". Throws WorldError,
+  /// Creates the temporary file of the sums in `resources.spool`, which must be given. Throws WorldError,
   /// whose message names `output`.
   OverviewsOfStream(TagHeader header, std::vector<int> factors, const Resources& resources,
                     std::string output);

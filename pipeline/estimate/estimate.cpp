@@ -288,11 +288,11 @@ class Estimation {
   explicit Estimation(const EstimateRun& run) : run_(run) {
     require(run.max_errors.size() + run.rules.size() <= most_bounds,
             {"{} bounds are too many to try at once; give at most {}",
-             {static_cast<std::int64_t>(run.max_errors.size() + run.rules.size()), most_bounds}});
+             static_cast<std::int64_t>(run.max_errors.size() + run.rules.size()), most_bounds});
     source_ = open_volume(run.input, run.source);
     require(source_->info().volumes == 1,
-            {"{}: holds {} volumes; choose one with {}, by its number",
-             {source_->name(), source_->info().volumes, Setting{"series", "the number of one"}}});
+            {"{}: holds {} volumes; choose one with {}, by its number", source_->name(),
+             source_->info().volumes, Setting{"series", "the number of one"}});
     options_ = in_samples(with_any_bound(run.options), source_->facts());
     open_for_any_rows();
     scaled_ = with_range_of(options_, *source_);

@@ -34,15 +34,12 @@ void require_mesh_of_voxels(const CodingParameters& p) {
   const double of_values = two_bounds ? p.surface_error : p.max_error;
   if (p.mesh_error < 0 || p.mesh_error >= of_values) return;
   const Setting& bound = two_bounds ? setting::surface_error : setting::max_error;
-  Sentence refusal{
+  const Sentence refusal{
       "{0} {1} cannot be kept with {2} {3}: the values of the mesh are off by up to {3}; give {0} {3} or "
       "more, or {2} {1} or less",
-      {setting::mesh_error, p.mesh_error, bound, of_values}};
-  if (!two_bounds) {
-    refusal.text += ", or add {4} {1}";
-    refusal.terms.push_back(setting::surface_error);
-  }
-  throw UsageError(refusal);
+      setting::mesh_error, p.mesh_error, bound, of_values};
+  if (two_bounds) throw UsageError(refusal);
+  throw UsageError("{}, or add {} {}", refusal, setting::surface_error, p.mesh_error);
 }
 
 void set_bounds(const EncodeOptions& options, CodingParameters& p) {
@@ -56,8 +53,8 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
     p.max_error = std::max(whole(max_error), 0.0);
     p.surface_error = whole(options.surface_error);
     require(p.surface_error < p.max_error || p.surface_error < 0,
-            {"{} must be below {} after both are rounded down to whole units",
-             {setting::surface_error, setting::max_error}});
+            {"{} must be below {} after both are rounded down to whole units", setting::surface_error,
+             setting::max_error});
     if (!options.error_rule) require_mesh_of_voxels(p);
     if (p.counts_points() && p.implies_grid()) p.grid = GridOrigin::implied;
     return;
@@ -72,7 +69,7 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
 
 // Refuses to write a file that a reader would refuse.
 void require_valid(const Status& status, const std::string& volume) {
-  require(status.ok(), {"{} cannot be encoded: {}", {volume, status.what()}});
+  require(status.ok(), {"{} cannot be encoded: {}", volume, status.what()});
 }
 
 // The same for parameters that are complete; with_range() checks those that are not yet.
@@ -141,7 +138,7 @@ std::vector<int> overviews_of(const EncodeOptions& options, const VolumeInfo& in
   if (!options.overviews) return possible && !options.grid_only ? factors_for(info.dims) : std::vector<int>();
   require(possible || options.overviews->empty(),
           {"{} are means, but each slice of this volume has its own slope and intercept; give {} none",
-           {setting::overviews, setting::overviews}});
+           setting::overviews, setting::overviews});
   return *options.overviews;
 }
 
@@ -167,7 +164,7 @@ ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& sour
   options.validate();
   require(source.scale_doubt.empty() || !bounds_values(options),
           {"{}. The bound therefore cannot be converted to stored samples; give {} 0, which is lossless",
-           {source.scale_doubt, setting::max_error}});
+           source.scale_doubt, setting::max_error});
   const VolumeInfo info = info_of_volume(source, 0);
   require_valid(check_metadata(info.metadata), "this volume");
   ResolvedOptions resolved;

@@ -70,7 +70,7 @@ tagrid_status answer(Handle& handle, Work work) noexcept {
 
 // Does the work of a call that may lack bytes.
 template <class Work>
-tagrid_status read(tagrid_blocks* blocks, Work work) noexcept {
+tagrid_status read_given_bytes(tagrid_blocks* blocks, Work work) noexcept {
   if (blocks == nullptr) return TAGRID_INVALID_ARGUMENT;
   blocks->given->begin();
   const tagrid_status status = answer(*blocks, work);
@@ -80,7 +80,7 @@ tagrid_status read(tagrid_blocks* blocks, Work work) noexcept {
 
 template <class Work>
 tagrid_status read_open(tagrid_blocks* blocks, Work work) noexcept {
-  return read(blocks, [&] {
+  return read_given_bytes(blocks, [&] {
     require(blocks->file != nullptr, "the file is not open");
     work(*blocks->file);
   });
@@ -210,7 +210,7 @@ tagrid_status tagrid_blocks_give(tagrid_blocks* blocks, uint64_t offset, const v
 }
 
 tagrid_status tagrid_blocks_open(tagrid_blocks* blocks) {
-  return read(blocks, [&] {
+  return read_given_bytes(blocks, [&] {
     if (blocks->file == nullptr) open(*blocks);
   });
 }

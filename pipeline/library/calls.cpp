@@ -19,8 +19,7 @@ thread_local Message last_of_thread;
 
 std::string message_of(const SortedError& error) {
   if (error.kind == ErrorKind::memory) return "out of memory";
-  if (error.detail.problem != Problem::memory_limit || error.detail.sentence.terms.empty())
-    return error.message;
+  if (error.detail.problem != Problem::memory_limit || error.detail.subject.empty()) return error.message;
   // The plan counts the whole process; a caller's limit is for the work of the call.
   return MemoryLimit(error.message, error.detail).but_for(memory_of_program).what();
 }

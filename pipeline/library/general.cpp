@@ -40,6 +40,16 @@ void tagrid_mesh_options_init_sized(tagrid_mesh_options* options, size_t size) {
   set_up(options, size, defaults);
 }
 
+void tagrid_material_mesh_sink_init_sized(tagrid_material_mesh_sink* sink, size_t size) {
+  set_up(sink, size);
+}
+void tagrid_material_mesh_options_init_sized(tagrid_material_mesh_options* options, size_t size) {
+  tagrid_material_mesh_options defaults = {};
+  defaults.smoothing = 1;
+  defaults.order = 1;
+  set_up(options, size, defaults);
+}
+
 void tagrid_surface_options_init_sized(tagrid_surface_options* options, size_t size) {
   tagrid_surface_options defaults = {};
   defaults.level = -1;

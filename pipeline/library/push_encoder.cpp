@@ -1,7 +1,5 @@
 #include "pipeline/library/push_encoder.h"
 
-#include <fmt/format.h>
-
 #include <cstring>
 
 #include "io/bytes/memory_size.h"
@@ -27,12 +25,12 @@ SourceFacts facts_of(const VolumeInfo& info) {
   return facts;
 }
 
-EncodeJob job_for(const VolumeInfo& info, const EncodeOptions& options, Resources resources,
+EncodeJob job_for(const VolumeInfo& info, const EncodeOptions& options, const Resources& resources,
                   std::uint64_t waiting, VolumeSource* samples) {
-  // Slices come once, so they cannot be spooled.
-  resources.spool.clear();
-  const Settling settling{
+  Settling settling{
       .resources = resources, .any_rows = false, .needs = {.besides = waiting * bytes_of_slice(info)}};
+  // Slices come once, so they cannot be spooled.
+  settling.resources.spool.reset();
   return samples == nullptr ? settle(options, facts_of(info), settling) : settle(options, *samples, settling);
 }
 
@@ -118,8 +116,8 @@ void PushEncoder::write(const std::byte* samples, std::int64_t slices, const Str
   const std::size_t bytes =
       memory_size(*sample_bytes({parameters.dims.x, parameters.dims.y, 1}, parameters.type));
   if (slices < 0 || slices > parameters.dims.z - fed_)
-    throw UsageError(fmt::format("{} more slices were given, but only {} of {} are missing", slices,
-                                 parameters.dims.z - fed_, parameters.dims.z));
+    throw UsageError("{} more slices were given, but only {} of {} are missing", slices,
+                     parameters.dims.z - fed_, parameters.dims.z);
   for (; slices > 0; --slices, ++fed_, samples += strides[2]) {
     // A slice copied before the wait would be one more than the plan counts.
     if (!queue_.wait_for_room()) wait_for_end();
@@ -132,7 +130,7 @@ void PushEncoder::write(const std::byte* samples, std::int64_t slices, const Str
 void PushEncoder::finish() {
   if (fed_ < job_.parameters().dims.z) {
     if (queue_.is_closed()) wait_for_end();
-    throw UsageError(fmt::format("only {} of {} slices were given", fed_, job_.parameters().dims.z));
+    throw UsageError("only {} of {} slices were given", fed_, job_.parameters().dims.z);
   }
   wait_for_end();
 }

@@ -9,6 +9,7 @@
 #include "io/files/output_file.h"
 #include "io/tag/file.h"
 #include "io/volume/volume_info.h"
+#include "io/volume/volume_source.h"
 #include "pipeline/encode/overviews.h"
 #include "pipeline/job/job.h"
 #include "pipeline/job/options.h"
@@ -24,7 +25,7 @@ class PushEncoder {
  public:
   /// Begins the file. `out` and the objects that `progress` uses must outlive the encoder. `samples`: the
   /// volume, where some options follow from its samples; it is read only here. Overviews need temporary files
-  /// in `resources.spool`, which must not be "". Throws UsageError if the volume does not allow the options,
+  /// in `resources.spool`, which must be given. Throws UsageError if the volume does not allow the options,
   /// or if the limit on memory cannot be kept; WorldError if the temporary file cannot be created.
   PushEncoder(const VolumeInfo& info, const EncodeOptions& options, const Resources& resources, ByteSink& out,
               Progress progress, VolumeSource* samples = nullptr);

@@ -1,7 +1,5 @@
 #include "pipeline/materials/material_mesh.h"
 
-#include <oneapi/tbb/parallel_pipeline.h>
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,61 +12,13 @@
 #include "io/meshes/formats.h"
 #include "io/metadata/foreign_geometry.h"
 #include "io/metadata/lengths.h"
+#include "pipeline/materials/brick_spool.h"
+#include "pipeline/materials/bricks.h"
 #include "pipeline/materials/plan.h"
-#include "pipeline/materials/sample_window.h"
 #include "pipeline/materials/settings.h"
-#include "pipeline/reading/read_region.h"
-#include "pipeline/threads/threads.h"
-#include "stages/materials/material_mesh.h"
 
 namespace tagrid {
 namespace {
-
-BrickMesh mesh_of(const MaterialMeshJob& job, const SampleWindow& window, const Box& closed_box) {
-  const Box box = samples_for(job, closed_box);
-  if (job.label_smoothing) {
-    const std::vector<Material> labels = window.values<Material>(box);
-    return mesh_of_brick(LabelField({box, labels.data()}, job.places, *job.label_smoothing), job.settings,
-                         closed_box);
-  }
-  const std::vector<float> values = window.values<float>(box);
-  return mesh_of_brick(ValueField({box, values.data()}, job.places, job.thresholds), job.settings,
-                       closed_box);
-}
-
-// Bricks are made by all threads, and put together in order.
-void add_layer(const MaterialMeshJob& job, const SampleWindow& window, const MeshLayer& layer, int threads,
-               MeshAssembler& assembler) {
-  using oneapi::tbb::filter_mode;
-  std::size_t next = 0;
-  const auto number_of_brick = [&](oneapi::tbb::flow_control& control) -> std::size_t {
-    if (next == layer.bricks.size()) control.stop();
-    return next++;
-  };
-  const auto make = [&](std::size_t number) {
-    return std::make_shared<const BrickMesh>(mesh_of(job, window, layer.bricks[number]));
-  };
-  const auto add = [&](const std::shared_ptr<const BrickMesh>& brick) { assembler.add(*brick); };
-  oneapi::tbb::parallel_pipeline(
-      static_cast<std::size_t>(bricks_in_flight(threads)),
-      oneapi::tbb::make_filter<void, std::size_t>(filter_mode::serial_in_order, number_of_brick) &
-          oneapi::tbb::make_filter<std::size_t, std::shared_ptr<const BrickMesh>>(filter_mode::parallel,
-                                                                                  make) &
-          oneapi::tbb::make_filter<std::shared_ptr<const BrickMesh>, void>(filter_mode::serial_in_order,
-                                                                           add));
-}
-
-void add_layers(const TagBricks& samples, const MaterialMeshJob& job, const std::vector<MeshLayer>& layers,
-                int thread_count, MeshAssembler& assembler, const Progress& progress) {
-  SampleWindow window(samples, job.numbers, samples_of(layers), thread_count, progress);
-  Threads threads(thread_count);
-  for (const MeshLayer& layer : layers) {
-    if (layer.bricks.empty()) continue;
-    window.move_to(layer.samples.low.z, layer.samples.high.z);
-    threads.run([&] { add_layer(job, window, layer, threads.count(), assembler); });
-    assembler.end_layer(layer.bricks.front().high.z);
-  }
-}
 
 MaterialMesh empty_mesh(const Geometry& geometry, const MaterialMeshJob& job, const std::string& path) {
   return {job.settings.order,
@@ -100,17 +50,10 @@ void warn_of_missing(const MaterialMeshJob& job, const TagBricks& samples, MadeM
   }
 }
 
-}  // namespace
-
-MadeMaterialMesh make_material_mesh(const TagBricks& samples, const Geometry& geometry,
-                                    const MaterialMeshOptions& options, const std::string& path,
-                                    const Resources& resources, std::uint64_t besides,
-                                    const Progress& progress) {
-  const MaterialMeshJob job = settle_material_mesh(samples, geometry, options);
-  const std::vector<MeshLayer> layers = layers_of(job);
-  const int thread_count = threads_for_mesh(samples.parameters(), job, layers, resources, besides);
-  MeshAssembler assembler(job.settings, path);
-  add_layers(samples, job, layers, thread_count, assembler, progress);
+// Puts bricks together, however they were made.
+MadeMaterialMesh finished(const TagBricks& samples, const MaterialMeshJob& job, const Geometry& geometry,
+                          const MaterialMeshOptions& options, const std::string& path,
+                          MeshAssembler& assembler) {
   MadeMaterialMesh made{empty_mesh(geometry, job, path), {}, job.fine, job.coarse, {}};
   made.quality = assembler.finish(job.names, options.parts, made.mesh);
   count_touching_edges(made.mesh, made.quality, bytes_for_edges);
@@ -119,42 +62,92 @@ MadeMaterialMesh make_material_mesh(const TagBricks& samples, const Geometry& ge
   return made;
 }
 
-Finished<MaterialMeshResult> write_material_mesh(const MaterialMeshRun& run) {
+void add_layers(MaterialBricks& bricks, int thread_count, MeshAssembler& assembler) {
+  for (std::size_t i = 0; i < bricks.layers().size(); ++i) {
+    bricks.make(i, thread_count, [&](std::int64_t, const BrickMesh& brick) { assembler.add(brick); });
+    if (const MeshLayer& layer = bricks.layers()[i]; !layer.bricks.empty())
+      assembler.end_layer(layer.bricks.front().high.z);
+  }
+}
+
+// The same of bricks that ranks have made.
+void add_layers(const std::vector<MeshLayer>& layers, BrickSpool& made, MeshAssembler& assembler) {
+  std::int64_t number = 0;
+  for (const MeshLayer& layer : layers) {
+    for (std::size_t i = 0; i < layer.bricks.size(); ++i) assembler.add(made.read(number++));
+    if (!layer.bricks.empty()) assembler.end_layer(layer.bricks.front().high.z);
+  }
+}
+
+}  // namespace
+
+MadeMaterialMesh make_material_mesh(const TagBricks& samples, const Geometry& geometry,
+                                    const MaterialMeshOptions& options, const std::string& path,
+                                    const Resources& resources, std::uint64_t besides,
+                                    const Progress& progress) {
+  const MaterialMeshJob job = settle_material_mesh(samples, geometry, options);
+  const std::vector<MeshLayer> layers = layers_of(job);
+  const int threads = threads_for_mesh(samples.parameters(), job, layers, resources, besides);
+  MeshAssembler assembler(job.settings, path);
+  {
+    MaterialBricks bricks(samples, job, layers, threads, progress);
+    add_layers(bricks, threads, assembler);
+  }
+  return finished(samples, job, geometry, options, path, assembler);
+}
+
+MaterialMeshInputs::MaterialMeshInputs(const std::string& input, std::int64_t volume,
+                                       const std::string& label_volume)
+    : file(volume_in(open_source(input), volume)) {
+  if (label_volume.empty()) return;
+  labels.emplace(open_source(label_volume));
+  const Index3 dims = file.parameters().dims, of_labels = labels->parameters().dims;
+  if (!(dims == of_labels))
+    throw UsageError(fmt::format("{}: has {} x {} x {} labels, but {} has {} x {} x {} samples", label_volume,
+                                 of_labels.x, of_labels.y, of_labels.z, input, dims.x, dims.y, dims.z));
+}
+
+Geometry MaterialMeshInputs::geometry() const { return in_one_unit(file.header().metadata.geometry()); }
+
+Finished<MaterialMeshResult> write_material_mesh(const MaterialMeshRun& run, const MakeBricks& share) {
   const MaterialMeshOptions& options = run.options;
   const MeshFormat& format = material_mesh_format_of(run.output);
-  for (const std::string& input : {run.input, options.label_volume})
+  for (const std::string& input : {run.input, options.label_volume}) {
+    if (input.empty()) continue;
     // What is missing is reported when it is opened.
-    if (!input.empty() && !is_regular_input(input) && (input == "-" || without_links(input)))
+    if (!is_regular_input(input) && (input == "-" || without_links(input)))
       throw UsageError(fmt::format(
           "{}: a mesh with materials needs a file that is not read in one pass; write it to a file first",
           input));
-  refuse_same_file(run.input, run.output);
-  check_output(run.output, options.overwrite);
-  const TagBricks file(volume_in(open_source(run.input), run.volume));
-  std::optional<TagBricks> labels;
-  if (!options.label_volume.empty()) {
-    refuse_same_file(options.label_volume, run.output);
-    labels.emplace(open_source(options.label_volume));
-    const Index3 dims = file.parameters().dims, of_labels = labels->parameters().dims;
-    if (!(dims == of_labels))
-      throw UsageError(fmt::format("{}: has {} x {} x {} labels, but {} has {} x {} x {} samples",
-                                   options.label_volume, of_labels.x, of_labels.y, of_labels.z, run.input,
-                                   dims.x, dims.y, dims.z));
+    refuse_same_file(input, run.output);
   }
+  check_output(run.output, options.overwrite);
+  const MaterialMeshInputs inputs(run.input, run.volume, options.label_volume);
+  const Geometry geometry = inputs.geometry();
   const std::shared_ptr<MaterialMeshFile> output = format.create_materials(run.output, options.overwrite);
-  MadeMaterialMesh made =
-      make_material_mesh(labels ? *labels : file, in_one_unit(file.header().metadata.geometry()), options,
-                         run.output, run.resources, format.memory_of_writer, run.progress);
-  output->write(made.mesh);
+  std::optional<MadeMaterialMesh> made;
+  if (share) {
+    const MaterialMeshJob job = settle_material_mesh(inputs.samples(), geometry, options);
+    BrickSpool bricks(run.output);
+    share(inputs, job, bricks);
+    MeshAssembler assembler(job.settings, run.output);
+    add_layers(layers_of(job), bricks, assembler);
+    made.emplace(finished(inputs.samples(), job, geometry, options, run.output, assembler));
+  } else {
+    made.emplace(make_material_mesh(inputs.samples(), geometry, options, run.output, run.resources,
+                                    format.memory_of_writer, run.progress));
+  }
+  output->write(made->mesh);
+  const TagBricks& file = inputs.file;
   MaterialMeshResult result{
-      {file.header(), file.index(), file.sizes().file, output->file_bytes(), std::move(made.warnings)},
-      std::move(made.quality),
-      made.fine,
-      made.coarse,
-      made.mesh.unit,
-      made.mesh.point_count(),
-      made.mesh.element_count(),
-      made.mesh.surfaces};
+      {file.header(), file.index(), file.sizes().file, output->file_bytes(), std::move(made->warnings)},
+      std::move(made->quality),
+      made->fine,
+      made->coarse,
+      made->mesh.unit,
+      made->mesh.point_count(),
+      made->mesh.element_count(),
+      made->mesh.surfaces};
   for (const std::string& warning : output->warnings()) result.warnings.push_back(warning);
   return {std::move(result), output};
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -19,6 +20,9 @@
 #include "pipeline/progress/progress.h"
 
 namespace tagrid {
+
+class BrickSpool;
+struct MaterialMeshJob;
 
 /// The values of a material: from `low` up to, but not including, `high`.
 struct MaterialRange {
@@ -54,7 +58,7 @@ struct MaterialMeshOptions {
   std::optional<MeshLength> coarse;
   /// Angles of at least 15 degrees (12 at the sides of the box) instead of 9, for vertices up to a tenth of H from the
   /// interface.
-  bool best_angles = false;
+  bool prefers_angles = false;
   int order = 1;  ///< 2: tetrahedra of ten nodes
   /// A .tag file of labels, as large as the volume; without it, the volume has them.
   std::string label_volume;
@@ -94,9 +98,24 @@ struct MaterialMeshResult : GridResult {
   std::vector<MaterialSurface> surfaces;
 };
 
-/// Writes such a mesh of a regular .tag file, in a format of material_mesh_formats(). Throws as make_material_mesh()
-/// does, and UsageError if the output is in the way or the format cannot hold the mesh; then nothing is left under the
-/// name of the output.
-Finished<MaterialMeshResult> write_material_mesh(const MaterialMeshRun& run);
+/// The files of a run.
+struct MaterialMeshInputs {
+  /// Throws UsageError if the labels are not as many as the samples, BrokenInput, WorldError.
+  MaterialMeshInputs(const std::string& input, std::int64_t volume, const std::string& label_volume);
+
+  const TagBricks& samples() const { return labels ? *labels : file; }
+  Geometry geometry() const;
+
+  TagBricks file;
+  std::optional<TagBricks> labels;
+};
+
+/// Makes all bricks of a mesh, with other processes.
+using MakeBricks = std::function<void(const MaterialMeshInputs&, const MaterialMeshJob&, BrickSpool&)>;
+
+/// Writes such a mesh of a regular .tag file, in a format of material_mesh_formats(); `share` makes the bricks, if it
+/// is set. Throws as make_material_mesh() does, and UsageError if the output is in the way or the format cannot hold
+/// the mesh; then nothing is left under the name of the output.
+Finished<MaterialMeshResult> write_material_mesh(const MaterialMeshRun& run, const MakeBricks& share = {});
 
 }  // namespace tagrid

@@ -9,7 +9,6 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
-#include "io/meshes/mesh_contents.h"
 #include "io/text/text.h"
 
 namespace tagrid {

@@ -206,7 +206,7 @@ MaterialMeshJob settle_material_mesh(const TagBricks& file, const Geometry& geom
   MaterialMeshJob job;
   if (options.order != 1 && options.order != 2) throw UsageError("order: must be 1 or 2");
   job.settings.order = options.order;
-  if (options.best_angles) job.settings.rule = best_angles;
+  if (options.prefers_angles) job.settings.rule = best_angles;
   settle_lattice(file, in_one_unit(geometry), options, job);
   if (options.labels)
     settle_labels(file, options, job);

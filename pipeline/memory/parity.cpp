@@ -20,10 +20,10 @@ std::uint64_t memory_for_stripes(const std::optional<std::uint64_t>& limit, cons
   if (!limit) {
     // The numbers of a description may be wrong.
     if (const std::uint64_t share = available_memory() / 4; share < least)
-      throw MemoryLimit(work, share, least, {});
+      throw MemoryLimit(work, {.needed = least, .allowed = share});
     return usual_parity_memory;
   }
-  if (*limit < least) throw MemoryLimit(work, *limit, least, {});
+  if (*limit < least) throw MemoryLimit(work, {.needed = least, .allowed = *limit});
   // Half of the rest, as the heap keeps a little of what was freed before.
   return std::min(usual_parity_memory, (*limit - least) / 2);
 }

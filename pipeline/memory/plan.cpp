@@ -68,10 +68,9 @@ double count_of_bricks(const CodingParameters& parameters) {
          static_cast<double>(bricks.bricks(2));
 }
 
-void refuse_memory(const CodingParameters& p, const char* what, std::uint64_t limit, std::uint64_t needed,
-                   std::optional<std::uint64_t> with_spool, std::optional<SmallerBrick> brick) {
+void refuse_memory(const CodingParameters& p, const char* what, const MemoryNeeds& needs) {
   throw MemoryLimit(fmt::format("{} {} x {} x {} {}", what, p.dims.x, p.dims.y, p.dims.z, name_of(p.type)),
-                    limit, needed, with_spool, brick);
+                    needs);
 }
 
 // The memory of one brick needs less than 64 bits, even for a hostile header.
@@ -122,7 +121,7 @@ std::uint64_t smallest_memory_of_encoding(const CodingParameters& p, bool strips
 EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, bool random_access,
                          const EncodeNeeds& needs) {
   const std::int64_t all = p.bricks().bricks(1);
-  const bool strips = random_access || !resources.spool.empty();
+  const bool strips = random_access || resources.spool;
   const EncodeLoad smallest = smallest_encoding(p, strips, needs.sums);
   const EncodeLoad load = within(
       resources,
@@ -142,10 +141,10 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
   const auto with_the_rest = [&](std::uint64_t encoding, bool spooled) {
     return with_the_rest_of(p, encoding, spooled);
   };
-  if (const std::uint64_t needed = with_the_rest(memory, !resources.spool.empty()); needed > limit) {
+  if (const std::uint64_t needed = with_the_rest(memory, resources.spool.has_value()); needed > limit) {
     const bool can_spool = !random_access || (then_verified && !needs.verified->original.any_rows);
     std::optional<std::uint64_t> with_spool;
-    if (can_spool && resources.spool.empty() && all > 1)
+    if (can_spool && !resources.spool && all > 1)
       with_spool = with_the_rest(smallest_memory_of_encoding(p, true, needs.besides, needs.sums), true);
     if (with_spool && *with_spool >= needed) with_spool.reset();
     std::optional<SmallerBrick> brick;
@@ -153,13 +152,13 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
     if (CodingParameters smaller = p; p.brick_edge > 1 && p.brick_edge * p.cube_size > modest) {
       smaller.brick_edge = std::max(1, modest / p.cube_size);
       const std::uint64_t encoding = smallest_memory_of_encoding(smaller, strips, needs.besides, needs.sums);
-      brick = {smaller.brick_edge, with_the_rest_of(smaller, encoding, !resources.spool.empty())};
+      brick = {smaller.brick_edge, with_the_rest_of(smaller, encoding, resources.spool.has_value())};
     }
     refuse_memory(p,
                   then_verified ? "encoding and verifying"
                   : strips      ? "encoding"
                                 : "encoding, slice by slice,",
-                  limit, needed, with_spool, brick);
+                  {.needed = needed, .allowed = limit, .with_spool = with_spool, .smaller_brick = brick});
   }
   EncodePlan plan;
   plan.budget = {static_cast<int>(load.threads), load.slices_ahead, load.bricks_in_flight};

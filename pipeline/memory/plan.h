@@ -78,9 +78,8 @@ std::uint64_t memory_of_process(double bytes);
 double count_of_bricks(const CodingParameters& parameters);
 
 /// Throws MemoryLimit for doing `what` with a volume.
-[[noreturn]] void refuse_memory(const CodingParameters& parameters, const char* what, std::uint64_t limit,
-                                std::uint64_t needed, std::optional<std::uint64_t> with_spool,
-                                std::optional<SmallerBrick> brick = {});
+[[noreturn]] void refuse_memory(const CodingParameters& parameters, const char* what,
+                                const MemoryNeeds& needs);
 
 /// The amount of work that is in memory while rows of bricks are encoded.
 struct EncodeLoad {

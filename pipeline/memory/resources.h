@@ -20,8 +20,8 @@ struct Resources {
   std::uint64_t besides = 0;
   /// Number of such processes that share the machine.
   int processes = 1;
-  /// The directory for a temporary file of samples whose order must change; "": none.
-  std::string spool = {};
+  /// The directory for a temporary file of samples whose order must change, if there may be one.
+  std::optional<std::string> spool = std::nullopt;
 
   explicit Resources(int thread_count) : threads(thread_count) {}
 };
@@ -104,7 +104,7 @@ int threads_within(const Resources& resources, const char* what, Needed needed) 
   const auto all = [&](int count) { return needed(count) + resources.besides; };
   while (threads > 1 && all(threads) > *resources.memory) --threads;
   if (const std::uint64_t least = all(threads); least > *resources.memory)
-    throw MemoryLimit(what, *resources.memory, least, {});
+    throw MemoryLimit(what, {.needed = least, .allowed = *resources.memory});
   return threads;
 }
 

@@ -86,7 +86,7 @@ int checked_level(std::optional<int> wanted, int cube_size) {
   const int deepest = max_level(cube_size);
   const int level = wanted.value_or(deepest);
   require(level >= 0 && level <= deepest, {"{} must be from 0 to {}, because root cubes have an edge of {}",
-                                           {Setting{"level", "the level"}, deepest, cube_size}});
+                                           Setting{"level", "the level"}, deepest, cube_size});
   return level;
 }
 

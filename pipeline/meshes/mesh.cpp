@@ -15,9 +15,9 @@ namespace {
 void check_coarsening(const MeshOptions& options) {
   constexpr Setting coarsen = {"coarsen", "the largest error of the mesh"};
   if (!options.coarsen) return;
-  require(*options.coarsen >= 0, {"{} {} must be at least 0", {coarsen, *options.coarsen}});
-  require(!options.level, {"{} determines how fine the grid is; it cannot be combined with {}",
-                           {coarsen, Setting{"level", "a level"}}});
+  require(*options.coarsen >= 0, {"{} {} must be at least 0", coarsen, *options.coarsen});
+  require(!options.level, {"{} determines how fine the grid is; it cannot be combined with {}", coarsen,
+                           Setting{"level", "a level"}});
 }
 
 double error_of_samples(const MeshOptions& options, const TagHeader& header) {

@@ -124,11 +124,11 @@ void SurfaceBuilder::add_area(const SurfacePiece& piece) {
 
 SurfaceLevel surface_level(double iso, const TagHeader& header, const std::string& name) {
   if (header.metadata.has_slopes_of_slices())
-    throw UsageError(Sentence{
+    throw UsageError(
         "{}: each slice has its own slope (slice_slopes), so a value is a different sample in each; with {}, "
         "the level is a stored sample; for a level in values, decode the volume with {}, and encode the "
         "result",
-        {name, Setting{"samples", "stored samples"}, Setting{"values", "values"}}});
+        name, Setting{"samples", "stored samples"}, Setting{"values", "values"});
   require_scale(header.metadata, {"iso", "the level of a surface"});
   for (const auto& [key, value] : header.metadata.pairs())
     if (key == "rescale_slope" && number_of(value).value_or(0) == 0)

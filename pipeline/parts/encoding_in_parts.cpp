@@ -47,7 +47,7 @@ void remove_record(PartFolder& folder) {
   folder.remove();
 }
 
-std::string given(const std::string& value) { return value.empty() ? "not given" : value; }
+std::string given(const std::optional<std::string>& value) { return value.value_or("not given"); }
 
 // All settings that affect the output, as text, so that a resumed run can be compared with the original one.
 std::vector<std::pair<std::string, std::string>> settings_of(const CodingParameters& p,
@@ -77,9 +77,9 @@ EncodingInParts::EncodingInParts(Ranks& ranks, const EncodeRun& run, const Volum
     : ranks_(ranks), run_(run) {
   if (source.info().volumes > 1)
     throw UsageError(
-        Sentence{"{}: holds {} volumes, which one process encodes in one run; start it without "
-                 "MPI and without continuing, or choose one volume with {}",
-                 {source.name(), source.info().volumes, Setting{"series", "its number"}}});
+        "{}: holds {} volumes, which one process encodes in one run; start it without "
+        "MPI and without continuing, or choose one volume with {}",
+        source.name(), source.info().volumes, Setting{"series", "its number"});
   for (const std::string& file : source.files()) record_.inputs.push_back(identity_of(file));
   record_.program = run_.program;
   if (run_.options.error_rule) record_.error_rule = text_of_rule(run_.options);
@@ -169,8 +169,7 @@ void EncodingInParts::write_member(std::uint32_t kind, std::uint32_t factor, Spo
 bool EncodingInParts::read_earlier_record() {
   if (!status_of(folder_->record())) return false;
   const Status status = parse_record(content_of(folder_->record()), earlier_);
-  if (!status.ok())
-    throw UsageError(Sentence{"{}: {} {}; {}", {resume, folder_->record(), status.what(), advice()}});
+  if (!status.ok()) throw UsageError("{}: {} {}; {}", resume, folder_->record(), status.what(), advice());
   return true;
 }
 
@@ -199,10 +198,7 @@ EarlierFindings EncodingInParts::earlier_findings() const {
 void EncodingInParts::require_same_run() const {
   const Sentence difference = difference_of(earlier_, record_);
   if (difference.text.empty()) return;
-  Sentence refusal{"{}: {}: cannot continue: " + difference.text + "; {}", {resume, run_.output}};
-  refusal.terms.insert(refusal.terms.end(), difference.terms.begin(), difference.terms.end());
-  refusal.terms.push_back(advice());
-  throw UsageError(refusal);
+  throw UsageError("{}: {}: cannot continue: {}; {}", resume, run_.output, difference, advice());
 }
 
 // Without a record: a run may have been killed after it had given the file its name.

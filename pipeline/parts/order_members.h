@@ -1,6 +1,7 @@
 // The members of the structs that ranks send each other; see messages.h.
 #pragma once
 
+#include "pipeline/parts/mesh_parts.h"
 #include "pipeline/parts/part_work.h"
 #include "pipeline/parts/work_orders.h"
 #include "pipeline/ranks/messages.h"
@@ -27,6 +28,14 @@ TAGRID_MEMBERS(PlaceOrder, folder, record, file, name, places)
 TAGRID_MEMBERS(DecodeOrder, input, file, name, start, numbers, resources)
 TAGRID_MEMBERS(WrittenNumbers, rule, is_range_known)
 TAGRID_MEMBERS(ValueRule, from, to, slopes, intercepts)
+TAGRID_MEMBERS(MeshOrder, input, volume, options, resources)
+TAGRID_MEMBERS(MaterialMeshOptions, ranges, labels, keep, parts, fine, coarse, prefers_angles, order,
+               label_volume, region, overwrite)
+TAGRID_MEMBERS(MaterialRange, name, low, high)
+TAGRID_MEMBERS(LabelsWish, names, smoothing)
+TAGRID_MEMBERS(PartsWish, only_largest, least_volume)
+TAGRID_MEMBERS(MeshLength, length, unit)
+TAGRID_MEMBERS(WantedRegion, low, high, step)
 TAGRID_MEMBERS(VerifyOrder, input, original, source, resources)
 
 TAGRID_MEMBERS(ContentOrder, source, paths, exact, resources)

@@ -86,9 +86,8 @@ class PartEncoder {
       throw WorldError(order.input + ": is not the volume that the run started with");
     if (!volume_->traits().any_rows) {
       // Without a spool, slices that are not kept are decoded again for each part.
-      const std::string& spool = order.resources.spool;
-      volume_ =
-          spool.empty() ? rows_of_slices(std::move(volume_), kept_) : spooled(std::move(volume_), spool);
+      const std::optional<std::string>& spool = order.resources.spool;
+      volume_ = spool ? spooled(std::move(volume_), *spool) : rows_of_slices(std::move(volume_), kept_);
     }
     slices_.emplace(*volume_, 0);
   }
@@ -150,7 +149,7 @@ std::uint64_t memory_besides_parts(const VolumeSource& source) {
 
 std::int64_t slices_kept_for_parts(const VolumeSource& source, const PartsOfRun& parts,
                                    const EncodePlan& plan, const Resources& resources) {
-  if (source.traits().any_rows || !resources.spool.empty()) return 0;
+  if (source.traits().any_rows || resources.spool) return 0;
   const CodingParameters& parameters = parts.header().parameters;
   std::int64_t longest = 0;
   for (const BrickRows& rows : parts.rows())
@@ -185,8 +184,7 @@ PartId PartsOfRun::id(std::int64_t part) const {
   return {id_, part, rows.first_brick(bricks), rows.count(bricks), sums};
 }
 
-std::function<void(const SharedNumbers&)> look_for(const Progress& progress,
-                                                   const CodingParameters& parameters) {
+SharedWork::Look look_for(const Progress& progress, const CodingParameters& parameters) {
   if (!progress) return {};
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
   return [=](const SharedNumbers& numbers) {

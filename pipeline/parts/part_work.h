@@ -1,7 +1,6 @@
 // The work of all ranks in an encoding in parts: they make the parts, and then place them in the output file.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -69,8 +68,7 @@ class SharedWatch : public Watch {
   SharedWork& shared_;
 };
 /// Passes the progress of all ranks together, in samples of the volume, to `progress`, which may be empty.
-std::function<void(const SharedNumbers&)> look_for(const Progress& progress,
-                                                   const CodingParameters& parameters);
+SharedWork::Look look_for(const Progress& progress, const CodingParameters& parameters);
 
 /// Collective. Makes the part files that are missing or damaged.
 void make_parts(Ranks& ranks, const PartOrder& order, const Progress& progress = {});

@@ -12,6 +12,7 @@
 #include "io/files/temporaries.h"
 #include "io/tag/bricks.h"
 #include "pipeline/decode/graph.h"
+#include "pipeline/parts/mesh_parts.h"
 #include "pipeline/parts/order_members.h"
 #include "pipeline/ranks/messages.h"
 #include "pipeline/restore/restore.h"
@@ -26,6 +27,7 @@ enum class Task : std::uint8_t {
   decode_parts,
   verify_parts,
   look_at_share,
+  mesh_parts,
   of_program
 };
 
@@ -131,6 +133,7 @@ void send_order(Ranks& ranks, const VerifyOrder& order) {
 void send_order(Ranks& ranks, const ContentOrder& order) {
   send(ranks, Task::look_at_share, packed_order(order));
 }
+void send_order(Ranks& ranks, const MeshOrder& order) { send(ranks, Task::mesh_parts, packed_order(order)); }
 void send_order(Ranks& ranks, const Bytes& order) { send(ranks, Task::of_program, order); }
 
 void dismiss(Ranks& ranks, int code) {
@@ -173,6 +176,12 @@ int serve(Ranks& ranks, const std::function<void(std::uint64_t)>& limit_memory,
         break;
       case Task::look_at_share:
         obey<ContentOrder>(bytes, limit_memory, [&](ContentOrder& order) { look_at_share(ranks, order); });
+        break;
+      case Task::mesh_parts:
+        obey<MeshOrder>(bytes, limit_memory, [&](const MeshOrder& order) {
+          BrickSpool bricks("-");
+          mesh_parts(ranks, order, bricks);
+        });
         break;
       case Task::of_program:
         obey_program(bytes);

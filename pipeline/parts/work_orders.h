@@ -40,8 +40,11 @@ void share_contents(Ranks& ranks, SourceFiles& source, bool exact, const Resourc
 /// Collective: looks at the content of some files; on rank 0, `order` then has that of all of them.
 void look_at_share(Ranks& ranks, ContentOrder& order);
 
+struct MeshOrder;
+
 struct VerifyOrder {
-  std::string input, original;
+  std::string input;
+  std::optional<std::string> original;
   SourceDescription source;
   Resources resources{0};  ///< per rank; 0 threads: all that the rank may use
 };
@@ -56,6 +59,7 @@ void send_order(Ranks& ranks, const PlaceOrder& order);    ///< place_parts()
 void send_order(Ranks& ranks, const DecodeOrder& order);   ///< decode_parts()
 void send_order(Ranks& ranks, const VerifyOrder& order);   ///< verify_parts()
 void send_order(Ranks& ranks, const ContentOrder& order);  ///< look_at_share()
+void send_order(Ranks& ranks, const MeshOrder& order);     ///< mesh_parts()
 void send_order(Ranks& ranks, const Bytes& order);         ///< an order of the program; see serve()
 /// Called by rank 0 when there is no more work. The other ranks end with this exit code.
 void dismiss(Ranks& ranks, int code);

@@ -19,8 +19,8 @@ namespace {
 VolumeInfo info_of(const PhantomOptions& options) {
   const Index3 n = options.dims;
   require(sample_bytes(n, options.type).has_value(),
-          {"{} {},{},{}: the volume must be smaller than 2^62 bytes",
-           {Setting{"dims", "the sizes"}, n.x, n.y, n.z}});
+          {"{} {},{},{}: the volume must be smaller than 2^62 bytes", Setting{"dims", "the sizes"}, n.x, n.y,
+           n.z});
   Geometry geometry;
   geometry.spacing = {1, 1, 1};
   geometry.has_spacing = true;

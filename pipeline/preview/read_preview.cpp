@@ -1,6 +1,5 @@
 #include "pipeline/preview/read_preview.h"
 
-#include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
@@ -23,8 +22,8 @@ namespace {
 std::int64_t chosen_slice(const PreviewWishes& wishes, const Index3& dims, int axis) {
   const std::int64_t slice = wishes.slices[static_cast<std::size_t>(axis)].value_or(dims[axis] / 2);
   if (slice < 0 || slice >= dims[axis])
-    throw UsageError(fmt::format("slice {} = {} is outside the volume, whose slices along {} are 0 to {}",
-                                 "xyz"[axis], slice, "xyz"[axis], dims[axis] - 1));
+    throw UsageError("slice {} = {} is outside the volume, whose slices along {} are 0 to {}", "xyz"[axis],
+                     slice, "xyz"[axis], dims[axis] - 1);
   return slice;
 }
 
@@ -227,7 +226,8 @@ Plan plan_preview(PreviewContent& content, const CodingParameters& p, const Reso
   };
   const Plan plan = within(resources, best, Plan{1, needed(1)});
   if (resources.memory && plan.memory > *resources.memory)
-    throw MemoryLimit("a preview of " + described(p.dims, p.type), *resources.memory, plan.memory, {});
+    throw MemoryLimit("a preview of " + described(p.dims, p.type),
+                      {.needed = plan.memory, .allowed = *resources.memory});
   return plan;
 }
 

@@ -11,10 +11,10 @@
 
 namespace tagrid {
 
-TAGRID_MEMBERS(Term, text, setting)
-TAGRID_MEMBERS(Sentence, text, terms)
 TAGRID_MEMBERS(Choice, name, text)
-TAGRID_MEMBERS(ErrorDetail, problem, context, sentence, numbers, choices)
+TAGRID_MEMBERS(SmallerBrick, edge, needed)
+TAGRID_MEMBERS(MemoryNeeds, needed, allowed, with_spool, smaller_brick)
+TAGRID_MEMBERS(ErrorDetail, problem, subject, with_options, memory, option, choices)
 TAGRID_MEMBERS(SortedError, kind, message, detail)
 
 namespace {
@@ -116,7 +116,7 @@ void agree(Ranks& ranks, std::exception_ptr failure) {
       const std::string where = its.machine.empty() ? fmt::format("rank {}: ", rank)
                                                     : fmt::format("rank {} on {}: ", rank, its.machine);
       its.error.message = where + its.error.message;
-      its.error.detail.context = where + its.error.detail.context;
+      if (auto& words = its.error.detail.with_options) words = where + *words;
     }
     chosen = std::move(its);
   }

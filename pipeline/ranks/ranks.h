@@ -79,6 +79,8 @@ class Ranks {
 
 /// The items that share_out() distributes, and what it calls.
 struct SharedWork {
+  using Look = std::function<void(const SharedNumbers&)>;
+
   std::int64_t count = 0;
   std::function<void(std::int64_t item)> work;
   /// Information about an item for rank 0, which the `work` of the item sets. Rank 0 takes all of them, one
@@ -86,7 +88,7 @@ struct SharedWork {
   Bytes account;
   std::function<void(const Bytes& account)> take = {};
   /// Called now and then by the thread of share_out(); with one process, by add_done() in that thread.
-  std::function<void(const SharedNumbers&)> look = {};
+  Look look = {};
   std::atomic<bool> stop{false};
 
   /// Called by `work`, by one thread at a time: adds to SharedNumbers::done.

@@ -230,16 +230,16 @@ RegionPlan plan_region(const Region& region, const CodingParameters& p, const Wr
   if (!resources.memory || plan.memory <= *resources.memory) return plan;
   const Index3 n = region.shape();
   throw MemoryLimit(fmt::format("decoding a region of {} x {} x {} {}", n.x, n.y, n.z, name_of(p.type)),
-                    *resources.memory, plan.memory, {});
+                    {.needed = plan.memory, .allowed = *resources.memory});
 }
 
 }  // namespace
 
 void refuse_region(std::int64_t low, std::int64_t high, int axis, std::int64_t samples) {
   throw UsageError(
-      fmt::format("a region of {}:{} along {}: is empty or reaches beyond the volume, which has {} "
-                  "samples along {} (0:{})",
-                  low, high, "xyz"[axis], samples, "xyz"[axis], samples));
+      "a region of {}:{} along {}: is empty or reaches beyond the volume, which has {} "
+      "samples along {} (0:{})",
+      low, high, "xyz"[axis], samples, "xyz"[axis], samples);
 }
 
 Region region_of(const WantedRegion& wanted, const CodingParameters& parameters) {
@@ -247,9 +247,9 @@ Region region_of(const WantedRegion& wanted, const CodingParameters& parameters)
   if (wanted.step < 1 || wanted.step > parameters.cube_size ||
       !std::has_single_bit(static_cast<std::uint64_t>(wanted.step)))
     throw UsageError(
-        fmt::format("a step of {} is not possible: it must be a power of two from 1 to {}, the edge of this "
-                    "file's root cubes",
-                    wanted.step, parameters.cube_size));
+        "a step of {} is not possible: it must be a power of two from 1 to {}, the edge of this "
+        "file's root cubes",
+        wanted.step, parameters.cube_size);
   Region region;
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
@@ -259,9 +259,8 @@ Region region_of(const WantedRegion& wanted, const CodingParameters& parameters)
     region.box.low[axis] = (low + wanted.step - 1) / wanted.step * wanted.step;
     region.box.high[axis] = high - 1;
     if (region.box.low[axis] > region.box.high[axis])
-      throw UsageError(
-          fmt::format("a region of {}:{} along {} has no sample whose coordinate is a multiple of {}", low,
-                      high, "xyz"[axis], wanted.step));
+      throw UsageError("a region of {}:{} along {} has no sample whose coordinate is a multiple of {}", low,
+                       high, "xyz"[axis], wanted.step);
   }
   region.box = parameters.domain().points_of(region.box);
   return region;
@@ -275,7 +274,7 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
   const WrittenNumbers numbers = written_numbers(run.format, run.numbers, header, of_run->index());
   const VolumeInfo of_samples = info_of(header, region), info = numbers.info(of_samples);
   if (run.fill && !is_value_of(info.type, *run.fill))
-    throw UsageError(fmt::format("a fill of {}: is not a value of type {}", *run.fill, name_of(info.type)));
+    throw UsageError("a fill of {}: is not a value of type {}", *run.fill, name_of(info.type));
   DecodeOutput output(run, of_samples, numbers, parameters);
   const RegionPlan plan = output.plan([&](std::uint64_t memory) {
     // Of a damaged file, the places of all bricks are known.

@@ -68,7 +68,7 @@ SourceComparison compare_source_files(const TagBricks& file, const VolumeSource&
   }
   SourceFiles source = source_files(original.facts());
   const auto [kept, compression] = source_files_of(file);
-  if (source.why_not.empty() && source.compression != compression) {
+  if (!source.why_not && source.compression != compression) {
     result.difference = fmt::format("their samples are {}, and were {}", stored_words(source.compression),
                                     stored_words(compression));
     return result;
@@ -76,7 +76,7 @@ SourceComparison compare_source_files(const TagBricks& file, const VolumeSource&
   result.compression = compression;
   result.has_same_names =
       std::ranges::equal(kept, source.names, {}, [](const EnvelopeFile& then) { return then.name; });
-  result.difference = source.why_not;
+  result.difference = source.why_not.value_or("");
   if (kept.size() != source.names.size())
     result.difference = fmt::format("{} {} encoded, {} {} given", counted(kept.size(), "file"),
                                     kept.size() == 1 ? "was" : "were", source.names.size(),
@@ -117,8 +117,7 @@ SourceComparison compare_source_files(const TagBricks& file, const VolumeSource&
 }
 
 void require_same(const SourceComparison& found, const std::string& original) {
-  if (!found.is_same)
-    throw BrokenInput(fmt::format("{}: would be restored differently: {}", original, found.difference));
+  if (!found.is_same) throw BrokenInput("{}: would be restored differently: {}", original, found.difference);
 }
 
 Finished<RestoreResult> restore_files(const RestoreRun& run) {
@@ -148,7 +147,7 @@ Finished<RestoreResult> restore_files(const RestoreRun& run) {
   ProgressWatch watch(run.progress, sample_bytes(file.header().all_dims(), parameters.type).value());
   for (int number = 0; number < file.header().volumes; ++number) {
     const auto volume = volume_in(all, number);
-    RowOutput output(*files, "", run.folder, number * Box::of_size(parameters.dims).count());
+    RowOutput output(*files, std::nullopt, run.folder, number * Box::of_size(parameters.dims).count());
     BricksInOrder bricks(*volume);
     decode({parameters, plan.budget, BrickRows::all(parameters.bricks())}, bricks, output, watch);
   }

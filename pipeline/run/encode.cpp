@@ -63,9 +63,8 @@ void warn_of_touched(const EncodeRun& run, const UnchangedFiles& files, EncodeRe
 void check_early(const EncodeRun& run) {
   // Parity is made from the finished file, which is read again.
   if (run.options.parity && !is_regular_output(run.output))
-    throw UsageError(
-        Sentence{"{}: {} needs an output that can be read again; write to a file, or protect it later",
-                 {shown_output(run.output), setting::parity}});
+    throw UsageError("{}: {} needs an output that can be read again; write to a file, or protect it later",
+                     shown_output(run.output), setting::parity);
   if (!run.resume) check_output(run.output, run.overwrite);
 }
 
@@ -82,7 +81,7 @@ class EncodingToStream {
     file_ = std::make_unique<OutputFile>(run_.output, run_.overwrite, like);
     writer_.emplace(*file_, job.header);
     const bool spools = job.plan.spooled && !source->traits().any_rows;
-    if (spools) source = spooled(std::move(source), resources_.spool);
+    if (spools) source = spooled(std::move(source), resources_.spool.value());
     const VolumeInfo& info = source->info();
     watch_.emplace(run_.progress, sample_bytes(info.dims, info.type).value());
     const auto first = info.volumes > 1 ? one_of_volumes(*source, 0) : nullptr;
@@ -256,7 +255,7 @@ void keep_source_files(const EncodeRun& run, const EncodeJob& job, const VolumeS
   const bool exact = job.parameters().is_exact();
   SourceFiles files = source_files(source.facts());
   result.warnings.insert(result.warnings.end(), files.warnings.begin(), files.warnings.end());
-  if (files.why_not.empty()) {
+  if (!files.why_not) {
     output.look_at(files, exact);
     if (std::string about = about_spare_bits_of(files); !about.empty())
       result.warnings.push_back(std::move(about));

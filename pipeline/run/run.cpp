@@ -1,7 +1,5 @@
 #include "pipeline/run/run.h"
 
-#include <fmt/format.h>
-
 #include <stdexcept>
 #include <utility>
 
@@ -58,14 +56,14 @@ void require_one_volume(const DecodeRun& run, int volumes) {
   if (run.volume || volumes == 1 || (run.format.keeps.volumes && !is_part)) return;
   const Setting volume = {"volume", "its number,"};
   if (is_part)
-    throw UsageError(
-        Sentence{"{}: contains {} volumes; {}, {}, {} and {} work on one; select it with {} 0 to {}",
-                 {run.input, volumes, Setting{"region", "a region"}, Setting{"step", "a step"},
-                  Setting{"overview", "an overview"}, Setting{"salvage", "salvaging"}, volume, volumes - 1}});
-  throw UsageError(Sentence{
+    throw UsageError("{}: contains {} volumes; {}, {}, {} and {} work on one; select it with {} 0 to {}",
+                     run.input, volumes, Setting{"region", "a region"}, Setting{"step", "a step"},
+                     Setting{"overview", "an overview"}, Setting{"salvage", "salvaging"}, volume,
+                     volumes - 1);
+  throw UsageError(
       "{}: contains {} volumes, but the format {} holds one; select it with {} 0 to {}, or write all to "
       "NIfTI",
-      {run.input, volumes, run.format.name, volume, volumes - 1}});
+      run.input, volumes, run.format.name, volume, volumes - 1);
 }
 
 /// Decodes the overviews of a volume to the levels of its output.
@@ -77,7 +75,7 @@ void decode_levels(const DecodeRun& run, const DecodeOutput& output, VolumeSink&
     TagReader reader(std::make_unique<SourceStream>(source_of(of_level)));
     const DecodePlan plan = plan_decoding(reader.parameters(), resources, DecodeUse::stream,
                                           run.format.writes.memory(sink.info()), numbers.value_bytes());
-    RowOutput rows(sink.level(i), plan.spooled ? resources.spool : "", run.output);
+    RowOutput rows(sink.level(i), plan.spooled ? resources.spool : std::nullopt, run.output);
     Watch unwatched;
     decode({reader.parameters(), plan.budget, BrickRows::all(reader.parameters().bricks()), numbers}, reader,
            rows, unwatched);
@@ -92,15 +90,14 @@ FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) 
   const CodingParameters& parameters = reader.parameters();
   require_one_volume(run, reader.header().volumes);
   if (reader.header().volumes > 1)
-    throw UsageError(
-        fmt::format("{}: holds {} volumes, which can only be read from a file; save it to one first",
-                    reader.name(), reader.header().volumes));
+    throw UsageError("{}: holds {} volumes, which can only be read from a file; save it to one first",
+                     reader.name(), reader.header().volumes);
   const WrittenNumbers numbers = numbers_of_stream(run, reader.header(), source);
   const VolumeInfo info = volume_info_of(reader.header());
   DecodeOutput output(run, info, numbers, parameters);
   const DecodePlan plan = plan_of(output, parameters, numbers, resources);
   const std::shared_ptr<VolumeSink> sink = output.begin();
-  RowOutput rows(*sink, plan.spooled ? resources.spool : "", run.output);
+  RowOutput rows(*sink, plan.spooled ? resources.spool : std::nullopt, run.output);
   ProgressWatch watch(run.progress, sample_bytes(parameters.dims, numbers.type(parameters.type)).value());
   decode({parameters, plan.budget, BrickRows::all(parameters.bricks()), numbers}, reader, rows, watch);
   decode_levels(run, output, *sink, numbers, resources);
@@ -124,7 +121,7 @@ FinishedDecode decode_volumes(const DecodeRun& run, const Resources& resources) 
   ProgressWatch watch(run.progress, sample_bytes(info.dims, numbers.type(parameters.type)).value());
   for (std::int64_t i = 0; i < count; ++i) {
     const auto volume = volume_in(file, number + i);
-    RowOutput rows(*sink, plan.spooled ? resources.spool : "", run.output,
+    RowOutput rows(*sink, plan.spooled ? resources.spool : std::nullopt, run.output,
                    i * Box::of_size(parameters.dims).count());
     BricksInOrder bricks(*volume);
     decode({parameters, plan.budget, BrickRows::all(parameters.bricks()), numbers}, bricks, rows, watch);
@@ -215,18 +212,18 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
     return verify_parts(ranks, order, std::move(setup), run.progress);
   };
   VerifyResult result = verified();
-  if (!run.original.empty())
+  if (run.original)
     result.geometry = compare_geometry(result.header.metadata, metadata_of_original, has_scale);
   // Of a pipe, only the checksums of the envelope and of members are checked.
   const bool has_members = !result.index.members.empty();
   result.are_members_decoded = is_file || !has_members;
-  result.are_members_compared = again || run.original.empty() || !has_members;
+  result.are_members_compared = again || !run.original || !has_members;
   if (is_file) {
     const TagBricks file(open_source(run.input));
     source_files_of(file);
     std::unique_ptr<VolumeSource> original;
     if (again && !file.index().members.empty())
-      original = open_volume(run.original, source_of_as_many(run.source, file.header()));
+      original = open_volume(run.original.value(), source_of_as_many(run.source, file.header()));
     Resources resources = of_this_rank(ranks, run.resources);
     resources.spool = spool_folder(resources.spool, "-");
     verify_members(
@@ -248,7 +245,7 @@ VerifyResult require_result(const EncodeRun& run, const EncodeJob& job, const Vo
   const ParityShare share = file.parity() ? file.parity()->share : 0;
   const bool keeps_files = file.sizes().envelope > 0;
   if (overviews != job.overviews || share != run.options.parity.value_or(share) ||
-      keeps_files != (run.keep_files && !run.options.strip && source_files(original.facts()).why_not.empty()))
+      keeps_files != (run.keep_files && !run.options.strip && !source_files(original.facts()).why_not))
     throw BrokenInput("made with other options");
   Ranks alone;
   VerifyResult found = verify_file(

@@ -1,7 +1,5 @@
 #include "pipeline/serving/serve.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -54,7 +52,7 @@ void serve(const LocalPort& port, const WebSite& site, int end, const std::funct
     int ready = 0;
     while ((ready = wait_for(is_full ? is_over : waits, is_full ? 50 : -1)) < 0 && errno == EINTR) {
     }
-    if (ready < 0) throw WorldError(fmt::format("127.0.0.1, port {}: {}", port.number, std::strerror(errno)));
+    if (ready < 0) throw WorldError("127.0.0.1, port {}: {}", port.number, std::strerror(errno));
     if (waits[0].is_ready) break;
     if (is_full && wait_for(arrives, 0) > 0) make_room(connections);
     if (is_full || !waits[1].is_ready) continue;

@@ -25,7 +25,7 @@ bool needs_copy(const SourceTraits& traits, Look look, const Resources& resource
     case Look::a_few_rows:
       return !traits.any_rows && !traits.whole_slices;
     case Look::all_rows_often:
-      return !traits.any_rows && (!traits.whole_slices || !resources.spool.empty());
+      return !traits.any_rows && (!traits.whole_slices || resources.spool);
   }
   return false;
 }
@@ -38,16 +38,16 @@ std::unique_ptr<VolumeSource> copied(std::unique_ptr<VolumeSource> source, const
   const Setting spool{"spool", "another directory"};
   if (room.bytes && *room.bytes < copy.bytes)
     throw WorldError(
-        Sentence{"{}: is read more than once, which needs a copy of its samples ({} GB), but {} has only "
-                 "{} GB free; name another directory with {}",
-                 {copy.volume, fmt::format("{:.2f}", gigabytes(copy.bytes)), copy.folder,
-                  fmt::format("{:.2f}", gigabytes(*room.bytes)), spool}});
-  const bool is_chosen = !resources.spool.empty();
+        "{}: is read more than once, which needs a copy of its samples ({} GB), but {} has only "
+        "{} GB free; name another directory with {}",
+        copy.volume, fmt::format("{:.2f}", gigabytes(copy.bytes)), copy.folder,
+        fmt::format("{:.2f}", gigabytes(*room.bytes)), spool);
+  const bool is_chosen = resources.spool.has_value();
   if (room.is_in_memory && !is_chosen && resources.memory && copy.bytes + besides > *resources.memory)
-    throw WorldError(Sentence{
+    throw WorldError(
         "{}: is read more than once, which needs a copy of its samples ({} GB), but {} is a file system in "
         "memory, and the copy would exceed the memory limit; name a directory on a disk with {}",
-        {copy.volume, fmt::format("{:.2f}", gigabytes(copy.bytes)), copy.folder, spool}});
+        copy.volume, fmt::format("{:.2f}", gigabytes(copy.bytes)), copy.folder, spool);
   if (tell) tell(copy);
   return spooled(std::move(source), copy.folder);
 }

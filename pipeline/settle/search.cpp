@@ -27,8 +27,9 @@ constexpr std::int64_t sampled_voxels = std::int64_t{1} << 24;
 
 // Returns the largest number for which `reaches` holds. Searches from `start` in growing steps, then between
 // the last two numbers. `least` needs no test; no number exceeds `most`.
+template <class Reaches>
 std::int64_t last_that_reaches(std::int64_t start, std::int64_t step, std::int64_t least, std::int64_t most,
-                               const std::function<bool(std::int64_t)>& reaches) {
+                               Reaches reaches) {
   std::int64_t low = std::clamp(start, least, most), high = low;
   if (low == least || reaches(low)) {
     for (;; step *= 2) {
@@ -208,7 +209,7 @@ struct Subject {
         trials(volume, given.parameters, plan, given.usual_edge(), peak, sampled_voxels, progress) {
     // Squares of errors would be infinite.
     require(peak < 0x1p500,
-            {"{}: {} cannot be computed for samples whose range is so large", {volume.name(), setting}});
+            {"{}: {} cannot be computed for samples whose range is so large", volume.name(), setting});
   }
 
   SampleType type() const { return source.info().type; }
@@ -338,8 +339,8 @@ FoundBound bound_of_size(Subject& subject, double bits, bool sampled, const Prog
   const double bits_of_sample = 8.0 * static_cast<double>(size_of(type));
   require(least <= bits,
           {"{}: {} {} cannot be reached; the smallest file has about {} bits per voxel, a ratio of {}",
-           {subject.source.name(), setting, rule.value, fmt::format("{:.3g}", least),
-            fmt::format("{:.4g}", bits_of_sample / least)}});
+           subject.source.name(), setting, rule.value, fmt::format("{:.3g}", least),
+           fmt::format("{:.4g}", bits_of_sample / least)});
   return found;
 }
 

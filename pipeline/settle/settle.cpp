@@ -62,7 +62,7 @@ std::pair<double, double> range_for(VolumeSource& source) {
 void require_known_range(const ResolvedOptions& options) {
   require(!options.range_from_data || options.options.range_from_data,
           {"a pipe of {} samples needs {} lo:hi or {}: its range is not known before it has been read",
-           {name_of(options.parameters.type), setting::range, setting::field_scale}});
+           name_of(options.parameters.type), setting::range, setting::field_scale});
 }
 
 // The plan for parameters that may have smaller bricks than those of the options.
@@ -133,7 +133,7 @@ EncodeJob settle(const EncodeOptions& given, const SourceFacts& volume, const Se
   require_known_range(options);
   require(!options.options.error_rule && !options.range_from_data,
           {"{} follows from the samples, which cannot be read beforehand",
-           {options.range_from_data ? setting::range : setting::max_error}});
+           options.range_from_data ? setting::range : setting::max_error});
   return job;
 }
 

@@ -54,8 +54,8 @@ Noise noise_of(VolumeSource& source) {
 
 std::optional<std::pair<double, double>> range_of_data(VolumeSource& source) {
   require(source.traits().again,
-          {"{} auto reads the volume twice, which a pipe does not allow; give {} lo:hi",
-           {setting::range, setting::range}});
+          {"{} auto reads the volume twice, which a pipe does not allow; give {} lo:hi", setting::range,
+           setting::range});
   ValueRange range;
   read_to_end(source,
               [&](std::span<const std::byte> bytes) { range.add(value_range(bytes, source.info().type)); });

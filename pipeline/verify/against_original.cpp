@@ -104,9 +104,9 @@ void AgainstOriginal::compare_slice(const T* original, const T* decoded, Statist
     if (error <= tightest) continue;
     const Index3 p = rows_.low + Index3{i % parameters_.dims.x, i / parameters_.dims.x, 0};
     if (error > bound || is_active(p))
-      throw BrokenInput(fmt::format("{}: voxel {} is {}, but {} in the original; they differ by more than {}",
-                                    name_, text(p - bricks_.domain.first()), +decoded[i], +original[i],
-                                    error > bound ? bound : tightest));
+      throw BrokenInput("{}: voxel {} is {}, but {} in the original; they differ by more than {}", name_,
+                        text(p - bricks_.domain.first()), +decoded[i], +original[i],
+                        error > bound ? bound : tightest);
   }
 }
 

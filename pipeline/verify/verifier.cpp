@@ -193,7 +193,7 @@ void Verifier::fail_index(const std::string& what) const {
 // A point of padding is named as if it were a sample.
 void Verifier::fail_brick(std::int64_t brick, const char* what, Index3 point) const {
   const Index3 p = point - parameters().domain().first();
-  throw BrokenInput(fmt::format("{}: brick {}: {} at ({}, {}, {})", name(), brick, what, p.x, p.y, p.z));
+  throw BrokenInput("{}: brick {}: {} at ({}, {}, {})", name(), brick, what, p.x, p.y, p.z);
 }
 
 void Verifier::check_grid(const DecodedBrick& brick, SharedFaces& faces, Statistics& counted) const {
@@ -274,8 +274,8 @@ void Verifier::compare_with_index(const Statistics& counted, bool has_points) co
   if (Status status = check_extremes(index_); !status.ok()) fail_index(status.what());
   if (!setup_.against) return;
   if (of_mesh >= 0 && counted.mesh_error > of_mesh)
-    throw BrokenInput(fmt::format("{}: the mesh differs from the original by up to {}, more than {}", name(),
-                                  counted.mesh_error, of_mesh));
+    throw BrokenInput("{}: the mesh differs from the original by up to {}, more than {}", name(),
+                      counted.mesh_error, of_mesh);
   // Sums of floats depend slightly on the order of addition.
   const double real = total.sum_squared_real;
   if (counted.max_error != total.max_error || counted.mesh_error != total.mesh_error ||
@@ -318,9 +318,8 @@ void Verifier::tell_difference(const Disagreement& bricks) const {
     Watch unwatched;
     decode_rows(row, sink, unwatched);
   }
-  throw WorldError(
-      fmt::format("{}: bricks {} and {} changed while they were read; is the file being written to?", name(),
-                  bricks.below, bricks.above));
+  throw WorldError("{}: bricks {} and {} changed while they were read; is the file being written to?", name(),
+                   bricks.below, bricks.above);
 }
 
 VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& resources,

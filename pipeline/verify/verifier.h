@@ -133,11 +133,11 @@ struct VerifySetup {
   bool is_original_headerless = false;  ///< it has no place for a scale of values
 };
 
-/// Opens the original of the file `name`, if `original` is not "", and plans how the file is verified. The
+/// Opens the original of the file `name`, if one is given, and plans how the file is verified. The
 /// envelope takes `of_envelope` bytes of memory. Throws as verify_file() does.
-VerifySetup verify_setup(const std::string& name, const TagHeader& header, const std::string& original,
-                         const SourceDescription& source, const Resources& resources,
-                         std::uint64_t of_envelope = 0);
+VerifySetup verify_setup(const std::string& name, const TagHeader& header,
+                         const std::optional<std::string>& original, const SourceDescription& source,
+                         const Resources& resources, std::uint64_t of_envelope = 0);
 
 /// The same with an original that is open, without what only its file tells.
 VerifySetup setup_against(const std::string& name, const CodingParameters& parameters,

@@ -270,7 +270,7 @@ class OriginalMeans {
   SumsFile sums_;
 };
 
-void add(const VerifyResult& volume, VerifyResult& all) {
+void sum_up(const VerifyResult& volume, VerifyResult& all) {
   all.bricks += volume.bricks;
   if (all.active_points && volume.active_points)
     *all.active_points += *volume.active_points;
@@ -285,7 +285,7 @@ void add(const VerifyResult& volume, VerifyResult& all) {
 }
 
 void verify_volume(const TagBricks& file, const Member& member, VolumeSource* original,
-                   const Resources& resources, VerifyResult* all, const SetupAgainst& against) {
+                   const Resources& resources, VerifyResult* all, SetupAgainst against) {
   const auto volume = file.nested(member);
   const auto of_original = [&] {
     return original ? one_of_volumes(*original, member.factor) : std::unique_ptr<VolumeSource>();
@@ -298,13 +298,13 @@ void verify_volume(const TagBricks& file, const Member& member, VolumeSource* or
   if (original) found.geometry = compare_geometry(found.header.metadata, metadata);
   const auto again = of_original();
   verify_members(*volume, again.get(), resources);
-  if (all) add(found, *all);
+  if (all) sum_up(found, *all);
 }
 
 }  // namespace
 
 void verify_members(const TagBricks& file, VolumeSource* original, const Resources& resources,
-                    VerifyResult* all, const SetupAgainst& against) {
+                    VerifyResult* all, SetupAgainst against) {
   for (const Member& member : file.index().members) {
     if (member.is_volume()) verify_volume(file, member, original, resources, all, against);
     // Whoever read the file front to back has checked this, but not who read its bricks by its index.
@@ -319,7 +319,7 @@ void verify_members(const TagBricks& file, VolumeSource* original, const Resourc
   for (const Member& member : file.index().members) {
     if (!member.is_overview()) continue;
     file.nested(member);
-    if (original && !of_original) of_original.emplace(*original, resources.spool);
+    if (original && !of_original) of_original.emplace(*original, resources.spool.value());
     TagReader reader(std::make_unique<SourceStream>(file.bytes_of(member)));
     VerifySetup setup{plan_verifying(reader.parameters(), resources)};
     if (auto means = of_original ? of_original->means(member.factor) : nullptr)

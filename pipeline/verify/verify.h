@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -34,8 +33,8 @@ GeometryComparison compare_geometry(const Metadata& metadata, const Metadata& of
                                     bool original_has_scale = true);
 
 struct VerifyRun {
-  std::string input;              ///< the .tag file; "-": the standard input
-  std::string original = {};      ///< "": no original
+  std::string input;  ///< the .tag file; "-": the standard input
+  std::optional<std::string> original = std::nullopt;
   SourceDescription source = {};  ///< of the original
   Resources resources{0};         ///< per rank; 0 threads: all that the rank may use
   Progress progress = {};
@@ -72,9 +71,8 @@ std::uint64_t smallest_memory_of_verifying(const CodingParameters& parameters, b
 
 struct VerifySetup;
 /// See setup_against() in pipeline/verify/verifier.h.
-using SetupAgainst =
-    std::function<VerifySetup(const std::string& name, const CodingParameters& parameters,
-                              std::unique_ptr<VolumeSource> original, const Resources& resources)>;
+using SetupAgainst = VerifySetup (*)(const std::string& name, const CodingParameters& parameters,
+                                     std::unique_ptr<VolumeSource> original, const Resources& resources);
 
 /// Verifies the members of a file: checksums, and volumes and overviews as any file. With `original`, which has
 /// as many volumes and of which any slice can be read next, also compares volumes with its own, and overviews
@@ -82,7 +80,7 @@ using SetupAgainst =
 /// is added to `all`, if it is not null. `against` is setup_against() if there is an original: the library, which
 /// has none, does not link what opens other formats. Throws as verify_file() does.
 void verify_members(const TagBricks& file, VolumeSource* original, const Resources& resources,
-                    VerifyResult* all = nullptr, const SetupAgainst& against = {});
+                    VerifyResult* all = nullptr, SetupAgainst against = nullptr);
 
 /// The same for a file that has been opened but not read.
 VerifyResult verify_all(TagReader& reader, VerifySetup setup, const Progress& progress = {});

@@ -118,7 +118,7 @@ class Memory final : public Input {
 };
 
 // Throws Error if a file, of numbers on a lattice or of samples, does not fit the data set.
-void check(const Chunk& chunk, const Choice& choice, const tagrid_info& info, bool has_numbers) {
+void require_fit(const Chunk& chunk, const Choice& choice, const tagrid_info& info, bool has_numbers) {
   if (has_numbers && !(lattice_step(chunk.type, choice.max_error) > 0))
     throw Error(TAGRID_BROKEN_INPUT, "the chunk was coded with another bound than that of the data set");
   const bool has_numbers_of_floats =
@@ -155,7 +155,7 @@ void decode(const Chunk& chunk, const Choice& choice, std::span<const std::byte>
   Memory memory(file);
   const Reader reader(memory, "the chunk");
   const std::string header = reader.metadata();
-  check(chunk, choice, reader.info(), has_lattice(header));
+  require_fit(chunk, choice, reader.info(), has_lattice(header));
   const std::span<std::byte> bytes = memory_for_samples();
   with_type(chunk.type, [&](auto type) {
     using T = decltype(type);

@@ -170,7 +170,7 @@ int Call::tell(void* self, std::uint64_t done, std::uint64_t total) noexcept {
   }
 }
 
-Outcome run(Call& call, const std::function<Outcome()>& work) {
+Outcome run_without_gil(Call& call, const std::function<Outcome()>& work) {
   // Callbacks would wait forever.
   if (python_is_ending()) raise_error("Error", "the interpreter of Python is ending");
   std::future<Outcome> background;

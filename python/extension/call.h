@@ -109,7 +109,7 @@ struct Outcome {
 
 /// Does the work without the GIL. On Python's main thread, which alone handles signals, another thread works
 /// while this one looks for signals. The work must not use Python without taking the GIL.
-Outcome run(Call& call, const std::function<Outcome()>& work);
+Outcome run_without_gil(Call& call, const std::function<Outcome()>& work);
 
 /// Lets calls that still run when the interpreter has ended come to an end before the process does. Once, at
 /// the start.

@@ -123,7 +123,7 @@ int Encoder::give(void* self, std::int64_t first, std::int64_t count, void* samp
 template <class Work>
 void Encoder::work(Work do_it) {
   check_caller();
-  const Outcome ended = run(call_, [&]() -> Outcome {
+  const Outcome ended = run_without_gil(call_, [&]() -> Outcome {
     const std::lock_guard lock(turn_);
     const tagrid_status status = do_it();
     if (status == TAGRID_OK) return {};

@@ -32,6 +32,8 @@ void bind_reader(py::module_& module) {
       .def("verify", &Reader::verify, "threads"_a, "memory_limit"_a, "progress"_a)
       .def("levels", &Reader::levels, "threads"_a, "memory_limit"_a, "progress"_a)
       .def("mesh", &Reader::mesh, "level"_a, "padded"_a, "box"_a, "threads"_a, "memory_limit"_a, "progress"_a)
+      .def("material_mesh", &Reader::material_mesh, "options"_a, "materials"_a, "box"_a, "threads"_a,
+           "memory_limit"_a, "progress"_a)
       .def("surface", &Reader::surface, "iso"_a, "rescaled"_a, "level"_a, "close"_a, "box"_a, "threads"_a,
            "memory_limit"_a, "progress"_a);
 }

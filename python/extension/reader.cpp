@@ -49,7 +49,7 @@ struct Reader::File {
         if (--file.calls == 0) file.raised.clear();
       }
     } const count(source());
-    const Outcome ended = run(call, [&] { return outcome(do_it()); });
+    const Outcome ended = run_without_gil(call, [&] { return outcome(do_it()); });
     // Also if the work was complete before it noticed.
     call.raised().raise();
     if (ended.status == TAGRID_IO_ERROR) source().raised.raise();
@@ -112,17 +112,36 @@ tagrid_box box_of(const Corners& corners) {
   return box;
 }
 
-// The points and cells of a mesh or a surface. A sink must not throw: if memory runs out, it ends the call; so
-// does a signal, which need not wait for progress.
-struct Taken {
+// What a sink takes. It must not throw: if memory runs out, it ends the call; so does a signal, which need not wait
+// for progress.
+struct AnyTaken {
   const Call& call;
+  bool out_of_memory = false;
+
+  tagrid_status status_of(tagrid_status status) const {
+    return out_of_memory ? TAGRID_OUT_OF_MEMORY : status;
+  }
+  template <class Add>
+  int add(Add more) noexcept {
+    if (call.is_interrupted()) return 1;
+    try {
+      more();
+      return 0;
+    } catch (...) {
+      out_of_memory = true;
+      return 1;
+    }
+  }
+};
+
+// The points and cells of a mesh or a surface.
+struct Taken : AnyTaken {
   std::size_t sample_size;  // 0: points have no values
   std::size_t corners;      // of a cell
   std::vector<double> points = {};
   std::vector<unsigned char> values = {};
   std::vector<std::int64_t> cells = {};
   std::vector<std::uint8_t> levels = {};
-  bool out_of_memory = false;
 
   int add_points(std::size_t count, const double* xyz, const void* samples) noexcept {
     return add([&] {
@@ -137,21 +156,23 @@ struct Taken {
       if (at != nullptr) levels.insert(levels.end(), at, at + count);
     });
   }
-  tagrid_status status_of(tagrid_status status) const {
-    return out_of_memory ? TAGRID_OUT_OF_MEMORY : status;
-  }
+};
 
- private:
-  template <class Add>
-  int add(Add more) noexcept {
-    if (call.is_interrupted()) return 1;
-    try {
-      more();
-      return 0;
-    } catch (...) {
-      out_of_memory = true;
-      return 1;
-    }
+// A mesh with materials.
+struct TakenMaterials : AnyTaken {
+  struct Group {
+    std::string name;
+    std::int64_t label;
+    std::vector<std::int64_t> rows;
+  };
+  std::size_t of_tetrahedron, of_triangle;  // nodes
+  std::vector<double> points = {};
+  std::vector<Group> materials = {}, surfaces = {};
+
+  static void add_to(std::vector<Group>& groups, const char* name, std::int64_t label,
+                     const std::int64_t* first, std::size_t count) {
+    if (groups.empty() || groups.back().name != name) groups.push_back({name, label, {}});
+    groups.back().rows.insert(groups.back().rows.end(), first, first + count);
   }
 };
 
@@ -297,7 +318,7 @@ py::tuple Reader::mesh(int level, bool padded, const std::optional<Corners>& cor
   Call call(threads, memory_limit, std::move(progress));
   const auto open = file();
   const tagrid_type type = open->info().type;
-  Taken taken{call, tagrid_sample_size(type), 4};
+  Taken taken{{call}, tagrid_sample_size(type), 4};
   tagrid_mesh_sink sink;
   tagrid_mesh_sink_init(&sink);
   sink.user = &taken;
@@ -320,12 +341,68 @@ py::tuple Reader::mesh(int level, bool padded, const std::optional<Corners>& cor
                         array_of(std::move(taken.levels)));
 }
 
+py::tuple Reader::material_mesh(const py::dict& given, const std::vector<py::tuple>& materials,
+                                const std::optional<Corners>& corners, int threads,
+                                std::uint64_t memory_limit, py::object progress) const {
+  Call call(threads, memory_limit, std::move(progress));
+  const auto open = file();
+  tagrid_material_mesh_options options;
+  tagrid_material_mesh_options_init(&options);
+  std::vector<std::string> names;
+  std::vector<tagrid_material> list;
+  for (const py::tuple& material : materials) names.push_back(material[0].cast<std::string>());
+  for (std::size_t i = 0; i < names.size(); ++i)
+    list.push_back({names[i].c_str(), materials[i][1].cast<double>(), materials[i][2].cast<double>(),
+                    materials[i][3].cast<std::int64_t>()});
+  options.materials = list.data();
+  options.material_count = list.size();
+  options.labels = given["labels"].cast<bool>();
+  options.smoothing = given["smooth"].cast<double>();
+  options.fine = given["fine"].cast<double>();
+  options.coarse = given["coarse"].cast<double>();
+  options.best_angles = given["best_angles"].cast<bool>();
+  options.order = given["order"].cast<int>();
+  options.largest_parts = given["largest"].cast<bool>();
+  options.least_volume = given["least_volume"].cast<double>();
+  const tagrid_box box = box_of(corners.value_or(Corners{}));
+  if (corners) options.box = &box;
+  TakenMaterials taken{
+      {call}, options.order == 2 ? std::size_t{10} : 4, options.order == 2 ? std::size_t{6} : 3};
+  tagrid_material_mesh_sink sink;
+  tagrid_material_mesh_sink_init(&sink);
+  sink.user = &taken;
+  sink.points = [](void* user, std::size_t count, const double* xyz) {
+    auto& to = *static_cast<TakenMaterials*>(user);
+    return to.add([&] { to.points.insert(to.points.end(), xyz, xyz + 3 * count); });
+  };
+  sink.tetrahedra = [](void* user, const char* name, std::int64_t label, std::size_t count,
+                       const std::int64_t* nodes) {
+    auto& to = *static_cast<TakenMaterials*>(user);
+    return to.add(
+        [&] { TakenMaterials::add_to(to.materials, name, label, nodes, to.of_tetrahedron * count); });
+  };
+  sink.triangles = [](void* user, const char* name, std::size_t count, const std::int64_t* nodes) {
+    auto& to = *static_cast<TakenMaterials*>(user);
+    return to.add([&] { TakenMaterials::add_to(to.surfaces, name, 0, nodes, to.of_triangle * count); });
+  };
+  open->work(call, [&] {
+    return taken.status_of(tagrid_reader_material_mesh(open->reader, &options, &sink, call.get()));
+  });
+  py::list of_materials, of_surfaces;
+  for (TakenMaterials::Group& group : taken.materials)
+    of_materials.append(
+        py::make_tuple(group.name, group.label, array_of(std::move(group.rows), taken.of_tetrahedron)));
+  for (TakenMaterials::Group& group : taken.surfaces)
+    of_surfaces.append(py::make_tuple(group.name, array_of(std::move(group.rows), taken.of_triangle)));
+  return py::make_tuple(array_of(std::move(taken.points), 3), of_materials, of_surfaces);
+}
+
 py::tuple Reader::surface(double iso, bool rescaled, int level, bool close,
                           const std::optional<Corners>& corners, int threads, std::uint64_t memory_limit,
                           py::object progress) const {
   Call call(threads, memory_limit, std::move(progress));
   const auto open = file();
-  Taken taken{call, 0, 3};
+  Taken taken{{call}, 0, 3};
   tagrid_surface_sink sink;
   tagrid_surface_sink_init(&sink);
   sink.user = &taken;

@@ -49,6 +49,10 @@ class Reader {
   /// The number of active points of each level.
   py::array levels(int threads, std::uint64_t memory_limit, py::object progress) const;
   /// points (n, 3), values (n), cells (m, 4), levels (m).
+  /// `materials`: (name, low, high, label) of each. Returns points, [(name, label, tetrahedra)], [(name, triangles)].
+  py::tuple material_mesh(const py::dict& options, const std::vector<py::tuple>& materials,
+                          const std::optional<Corners>& box, int threads, std::uint64_t memory_limit,
+                          py::object progress) const;
   py::tuple mesh(int level, bool padded, const std::optional<Corners>& box, int threads,
                  std::uint64_t memory_limit, py::object progress) const;
   /// points (n, 3), triangles (m, 3).

@@ -19,18 +19,18 @@ import importlib as _importlib
 from typing import Any
 
 from ._errors import ArgumentError, DamagedError, Error, InputError, MemoryLimitError, NewerFormatError
-from ._meshes import Mesh, Surface
+from ._meshes import MaterialMesh, Mesh, Surface
 from ._tagrid import library_version
 from ._volume import Rescaled, Volume
 from ._writing import Writer, encode, verify
 
 __version__ = library_version().replace("-rc.", "rc")  # as PEP 440 spells it
 _MODULES = ("hdf5", "napari", "numcodecs", "paraview", "xarray", "zarr")
-__all__ = ["ArgumentError", "DamagedError", "Error", "InputError", "MemoryLimitError", "Mesh", "NewerFormatError",
+__all__ = ["ArgumentError", "DamagedError", "Error", "InputError", "MaterialMesh", "MemoryLimitError", "Mesh", "NewerFormatError",
            "Rescaled", "Surface", "Volume", "Writer", "encode", "open", "verify"]
 
 # Errors and help() show tagrid.DamagedError, not the private module that defines it.
-for _thing in (ArgumentError, DamagedError, Error, InputError, MemoryLimitError, Mesh, NewerFormatError, Rescaled,
+for _thing in (ArgumentError, DamagedError, Error, InputError, MaterialMesh, MemoryLimitError, Mesh, NewerFormatError, Rescaled,
                Surface, Volume, Writer, encode, verify):
     _thing.__module__ = __name__
 

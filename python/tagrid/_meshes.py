@@ -37,6 +37,45 @@ class Mesh:
         return f"<tagrid.Mesh of {len(self.points)} points and {len(self.cells)} tetrahedra>"
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class MaterialMesh:
+    """A conforming mesh of tetrahedra for solvers, each of one material, with named surfaces where materials end."""
+
+    #: (n, 3) float64: x, y, z of each point in the world.
+    points: npt.NDArray[np.float64]
+    #: (m, 4) or (m, 10) int64: the numbers of the points of each tetrahedron, material by material. The first 4 are
+    #: corners in positive order; the others are the middles of the edges 01, 12, 02, 03, 13, 23.
+    cells: npt.NDArray[np.int64]
+    #: (m,) int64: for each tetrahedron the label of its samples, or the place of its material by value, from 1 on.
+    materials: npt.NDArray[np.int64]
+    #: The tetrahedra of each material, by its name: cells[groups["bone"]].
+    groups: dict[str, slice]
+    #: The triangles of each surface, such as "bone_soft" or "bone_x_min": (k, 3) or (k, 6) int64 numbers of points,
+    #: counterclockwise seen from outside of the first material, then the middles of the edges 01, 12, 02.
+    surfaces: dict[str, npt.NDArray[np.int64]]
+
+    def meshio(self) -> Any:
+        """The mesh as a meshio.Mesh with cell sets for materials and surfaces. Requires meshio."""
+        import meshio
+
+        second = self.cells.shape[1] == 10
+        blocks: list[Any] = [("tetra10" if second else "tetra", self.cells)]
+        material = [self.materials]
+        sets: dict[str, list[Any]] = {name: [np.arange(cells.start, cells.stop)] for name, cells in self.groups.items()}
+        nothing = np.empty(0, np.int64)
+        for number, (name, triangles) in enumerate(self.surfaces.items(), start=1):
+            blocks.append(("triangle6" if second else "triangle", triangles))
+            material.append(np.zeros(len(triangles), np.int64))
+            sets[name] = [nothing] * number + [np.arange(len(triangles))]
+        for parts in sets.values():
+            parts.extend([nothing] * (len(blocks) - len(parts)))
+        return meshio.Mesh(self.points, blocks, cell_data={"material": material}, cell_sets=sets)
+
+    def __repr__(self) -> str:
+        return (f"<tagrid.MaterialMesh of {len(self.points)} points and {len(self.cells)} tetrahedra of "
+                f"{', '.join(self.groups) or 'no material'}>")
+
+
 class Surface(NamedTuple):
     """An oriented surface of triangles: every point occurs once."""
 

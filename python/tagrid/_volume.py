@@ -8,7 +8,7 @@ import math
 import os
 import uuid
 from itertools import product
-from typing import Any, Callable, Iterator, Optional, Sequence, Union
+from typing import Any, Callable, Iterator, Optional, Sequence, Union, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,8 @@ from ._arguments import number, whole_number, work
 from ._errors import ArgumentError, InputError, warn_caller
 from ._geometry import affine_of, metadata_of, rescale_of, slice_positions_of
 from ._kept import KeptBox
-from ._meshes import Mesh, Surface
+from ._materials import Labels, Materials, Size, made, requested
+from ._meshes import MaterialMesh, Mesh, Surface
 from ._regions import Region, checked_out, runs_of
 from ._rescaling import rescaling_of
 from ._selection import Run, Selection, select
@@ -304,20 +305,49 @@ class Volume:
         the entire file is decoded."""
         return self._reader.levels(*self._work(threads, memory_limit), progress)
 
+    @overload
     def mesh(self, level: Optional[int] = None, region: Optional[Region] = None, *, padded: bool = False,
              rescaled: bool = False, threads: Optional[int] = None, memory_limit: int = 0,
-             progress: Progress = None) -> Mesh:
-        """Returns the tetrahedra of the grid, in world coordinates. metadata["space"] names the coordinate
-        system.
+             progress: Progress = None) -> Mesh: ...
+
+    @overload
+    def mesh(self, level: None = None, region: Optional[Region] = None, *, materials: Optional[Materials] = None,
+             labels: Optional[Labels] = None, size: Size = None, smooth: Optional[float] = None,
+             parts: Union[None, str, float] = None, angles: int = 9, order: int = 1, threads: Optional[int] = None,
+             memory_limit: int = 0, progress: Progress = None) -> MaterialMesh: ...
+
+    def mesh(self, level: Optional[int] = None, region: Optional[Region] = None, *, padded: bool = False,
+             rescaled: bool = False, materials: Optional[Materials] = None, labels: Optional[Labels] = None,
+             size: Size = None, smooth: Optional[float] = None, parts: Union[None, str, float] = None, angles: int = 9,
+             order: int = 1, threads: Optional[int] = None, memory_limit: int = 0,
+             progress: Progress = None) -> Union[Mesh, MaterialMesh]:
+        """Returns the tetrahedra of the grid, or those of materials for solvers, in world coordinates.
+        metadata["space"] names the coordinate system.
 
         level: the grid up to this level, for a coarser mesh. region: only tetrahedra that intersect it, as in
         read(); reads only the bricks around it. padded: entire root cubes, instead of ending at the first and
         last samples. rescaled: values are slope * sample + intercept, in float64, if the file has them;
         otherwise samples. If each slice has its own slope, this raises ArgumentError.
 
+        materials: a name and a range of values for each, such as {"soft": (-200, 300), "bone": (300, None)}: the mesh
+        has only these, and their interfaces are where interpolated values reach the limits. Values are slope * sample
+        + intercept. labels: instead, the samples are labels with these names, such as {1: "bone"}; True: all labels
+        but 0. size: the edge of the cubes at interfaces, or (fine, coarse), in units of the spacing. smooth: the
+        radius in samples within which interfaces of labels are smoothed; 0: not at all. parts: "largest", or the
+        least volume of the connected parts that stay. angles: 9 or 15, the least dihedral angle within the volume.
+        order: 2 for tetrahedra of ten nodes.
+
         Warns if slices are unevenly spaced: the mesh is evenly spaced. slice_positions has their positions.
         """
         self._warn_of_uneven_slices("mesh")
+        if materials is not None or labels:
+            if level is not None or padded or rescaled:
+                raise ArgumentError("level, padded and rescaled are about the grid, not about materials")
+            options, named = requested(materials, labels, size, smooth, parts, angles, order)
+            return made(*self._reader.material_mesh(
+                options, named, self._box_of(region), *self._work(threads, memory_limit), progress), order)
+        if (size, smooth, parts, angles, order) != (None, None, None, 9, 1):
+            raise ArgumentError("size, smooth, parts, angles and order are about materials: give materials or labels")
         rescale = rescale_of(self.metadata) if rescaled else None
         points, values, cells, levels = self._reader.mesh(
             self._checked_level(level), padded, self._box_of(region), *self._work(threads, memory_limit), progress)

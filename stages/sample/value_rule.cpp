@@ -67,8 +67,8 @@ double first_outside(const From* from, std::size_t count, double slope, double i
 }
 
 template <class From, class To>
-std::optional<ValueOutside> make(const ValueRule& rule, std::size_t z, std::size_t slice_samples,
-                                 std::vector<std::byte>& samples) {
+std::optional<ValueOutside> make_values_of_types(const ValueRule& rule, std::size_t z,
+                                                 std::size_t slice_samples, std::vector<std::byte>& samples) {
   const std::size_t count = samples.size() / sizeof(From);
   std::vector<std::byte> values(count * sizeof(To));
   const bool is_one = rule.slopes.size() == 1;
@@ -97,8 +97,8 @@ std::optional<ValueOutside> make_values(const ValueRule& rule, std::int64_t firs
   if (rule.changes_nothing()) return std::nullopt;
   return with_sample_type(rule.from, [&](auto from) {
     return with_sample_type(rule.to, [&](auto to) {
-      return make<decltype(from), decltype(to)>(rule, static_cast<std::size_t>(first_slice),
-                                                static_cast<std::size_t>(slice_samples), samples);
+      return make_values_of_types<decltype(from), decltype(to)>(
+          rule, static_cast<std::size_t>(first_slice), static_cast<std::size_t>(slice_samples), samples);
     });
   });
 }

@@ -27,7 +27,8 @@ def code(path):
 INCLUDE = re.compile(r'^#include ["<]([^">]+)[">]', re.M)
 # A name of the header, and the headers that declare it.
 HEADERS = {r"\bCLI::": {"CLI/CLI.hpp"},
-           r"\bfmt::": {"fmt/format.h"},
+           r"\bfmt::(?!format\(|format_string<|runtime\()": {"fmt/format.h"},
+           r"\bfmt::": {"fmt/format.h", "fmt/core.h"},
            r"\bnlohmann::": {"nlohmann/json.hpp", "nlohmann/json_fwd.hpp"},
            r"\b(?:EXPECT|ASSERT)_[A-Z]+\(|\bTEST(?:_F|_P)?\(": {"gtest/gtest.h"},
            r"\brc::|\bRC_[A-Z]+": {"rapidcheck.h", "rapidcheck/gtest.h"}}

@@ -106,7 +106,7 @@ void file(Bytes bytes) {
   const auto salvage = salvaged(file.path(), folder.null_named("salvaged.raw"));
   claim(!samples || salvage, "a file that decodes can be salvaged");
   if (!whole_index) return;
-  const bool verified = is_accepted([&] { verify_file(file.path(), "", {}, Resources(1)); });
+  const bool verified = is_accepted([&] { verify_file(file.path(), std::nullopt, {}, Resources(1)); });
   claim(samples || !verified, "what does not decode is not verified");
   // An index may lie about the values of a brick.
   claim(!verified || salvage->lost.empty(), "of what is verified, all is whole");

@@ -122,7 +122,7 @@ TEST_P(RealVolumes, ALosslessFileHasTheGridThatALossyOneStores) {
   encode(volume, 2, false);
   const TagSummary lossy = summary_of(path("a.tag"));
   encode(volume, 0, false);
-  const VerifyResult lossless = verify_file(path("a.tag"), "", {}, Resources(available_threads()));
+  const VerifyResult lossless = verify_file(path("a.tag"), std::nullopt, {}, Resources(available_threads()));
   EXPECT_EQ(lossless.header.parameters.grid, GridOrigin::implied);
   EXPECT_EQ(lossless.index.total.active, lossy.index.total.active);
   EXPECT_EQ(lossless.active_points, std::accumulate(lossy.index.total.active.begin(),

@@ -14,7 +14,7 @@ import subprocess
 import sys
 import unittest
 
-from other_readers import IS_LONG, PROGRAM, ReaderTest, h5py, main, meshio, numpy, vtk_hdf, vtk_numpy, vtk_xml
+from other_readers import PROGRAM, ReaderTest, h5py, main, meshio, numpy, vtk_hdf, vtk_numpy, vtk_xml
 
 CCX = shutil.which("ccx")
 if CCX is None:
@@ -141,7 +141,7 @@ def elastic(**materials):
 
 @unittest.skipIf(CCX is None, "there is no ccx on this machine")
 class Stresses(SolverTest):
-    RADIUS, SIZE = 32.0, 128.0
+    RADIUS, SIZE = 32.0, 96.0
 
     def solved(self, exact, edge, order, materials):
         """A line of the table: errors of displacements and of stresses in the sphere."""
@@ -152,8 +152,7 @@ class Stresses(SolverTest):
         numpy.testing.assert_allclose(abs(x[sides - 1]).max(axis=1), self.SIZE / 2)
         imposed = exact.displacements(x)
         boundary = "".join(f"{i},{d + 1},{d + 1},{imposed[i - 1, d]:.12g}\n" for i in sides for d in range(3))
-        solver = "*STATIC, SOLVER=ITERATIVE CHOLESKY" if len(x) > 10000 else "*STATIC"
-        found = self.solve("job", f"*INCLUDE, INPUT=ball.inp\n{elastic(**materials)}*NSET, NSET=all, GENERATE\n1,{len(x)}\n*STEP\n{solver}\n*BOUNDARY\n{boundary}"
+        found = self.solve("job", f"*INCLUDE, INPUT=ball.inp\n{elastic(**materials)}*NSET, NSET=all, GENERATE\n1,{len(x)}\n*STEP\n*STATIC\n*BOUNDARY\n{boundary}"
                                   "*NODE PRINT, NSET=all\nU\n*EL PRINT, ELSET=ball\nS\n*END STEP\n")
         moved = found["displacements", "all"][:, 1:]
         s = found["stresses", "ball"][:, 2:]
@@ -171,12 +170,12 @@ class Stresses(SolverTest):
 
     def test_the_stress_in_a_sphere_is_that_of_the_exact_solution(self):
         ball, matrix = Isotropic(10, 0.3), Isotropic(1, 0.3)
-        self.put("ball", sphere((65,) * 3, (2,) * 3, self.RADIUS), (2,) * 3)
+        self.put("ball", sphere((49,) * 3, (2,) * 3, self.RADIUS), (2,) * 3)
         uniaxial = numpy.diag([-0.3, -0.3, 1]) * 0.01
         print(f"\n{'load':<12}{'H':>4}{'order':>6}{'nodes':>8}{'u rms':>8}{'mean stress: rms':>18}{'worst':>8}{'tensor: rms':>13}", file=sys.stderr)
         for load, strain in (("hydrostatic", -0.01 * numpy.eye(3)), ("uniaxial", uniaxial)):
             exact = Inclusion(self.RADIUS, ball, matrix, strain)
-            for edge, order in ((16, 1), (16, 2), (8, 1)) + (((8, 2),) if load == "uniaxial" or IS_LONG else ()):
+            for edge, order in ((16, 1), (16, 2), (8, 1), (8, 2)):
                 nodes, u, mean, worst, whole = self.solved(exact, edge, order, {"ball": ball, "matrix": matrix})
                 print(f"{load:<12}{edge:>4}{order:>6}{nodes:>8}{u:>8.2%}{mean:>18.2%}{worst:>8.1%}{whole:>13.2%}", file=sys.stderr)
                 if edge == self.RADIUS / 4:

@@ -45,7 +45,7 @@ inline DecodeResult decode_volume(const std::string& input, const std::string& o
   return decode_region(input, output, format, overwrite, {}, resources);
 }
 
-inline VerifyResult verify_file(const std::string& input, const std::string& original,
+inline VerifyResult verify_file(const std::string& input, const std::optional<std::string>& original,
                                 const SourceDescription& source, const Resources& resources) {
   Ranks alone;
   return verify_file(alone, {.input = input, .original = original, .source = source, .resources = resources});

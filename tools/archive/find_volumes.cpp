@@ -23,13 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The option with which one of several volumes is chosen.
-std::string option_of(const UsageError& error) {
-  for (const Term& term : error.detail().sentence.terms)
-    if (!term.setting.empty()) return term.setting;
-  return "series";
-}
-
 /// True if volumes of a file have no names, only numbers: they are alike.
 bool are_numbered(const std::vector<Choice>& choices) {
   for (std::size_t i = 0; i < choices.size(); ++i)
@@ -305,7 +298,7 @@ class Finder {
                   format.name == "dicom");
     } catch (const UsageError& error) {
       const std::vector<Choice>& choices = error.detail().choices;
-      const std::string option = option_of(error);
+      const std::string option = error.detail().option;
       if (choices.empty() || options.contains(option)) return lines_.give_broken(path, options, error);
       if (are_numbered(choices)) return look_at_numbered(path, option, choices.size(), format);
       for (const Choice& choice : choices) {

@@ -107,11 +107,11 @@ void require_replaceable_tag(const std::string& input, const std::string& output
 }
 
 void require_lasting_choice(const std::string& input, const SourceDescription& source) {
-  const auto number = whole_number_of(source.series);
+  const auto number = whole_number_of(source.series.value_or(""));
   if (!number || input == "-") return;
   if (!is_folder(input) && open_volume(input, source)->files().size() < 2) return;  // a file does not change
   SourceDescription any = source;
-  any.series.clear();
+  any.series.reset();
   try {
     open_volume(input, any);
   } catch (const UsageError& error) {

@@ -140,8 +140,8 @@ void Catalogue::note_keys(KeyFile& keys) {
       "SELECT count(*) FILTER (WHERE input LIKE 'keyed:%'), count(*) FROM volumes WHERE input <> ''");
   if (!rest.begin().next() || rest.integer(0) == 0) return;
   if (rest.integer(0) == rest.integer(1))
-    throw UsageError(fmt::format("{}: has no names for any volume in {}; it is another key file, or damaged",
-                                 keys.path(), folder_));
+    throw UsageError("{}: has no names for any volume in {}; it is another key file, or damaged", keys.path(),
+                     folder_);
   remarks_.push_back(
       fmt::format("{}: has no names for {} of the {} volumes in {}; nobody finds them by these", keys.path(),
                   rest.integer(0), rest.integer(1), folder_));
@@ -158,9 +158,8 @@ Query Catalogue::query_of(const std::vector<std::string>& words) const {
     } else if (word.find_first_of("*?") != word.npos) {
       query.patterns.push_back(word);
     } else {
-      throw UsageError(
-          fmt::format("{}: no volume in {} has this name, and it is no condition, such as patient=Smith*",
-                      word, folder_));
+      throw UsageError("{}: no volume in {} has this name, and it is no condition, such as patient=Smith*",
+                       word, folder_);
     }
   }
   return query;
@@ -183,9 +182,9 @@ std::string Catalogue::key_meant(const std::string& key) const {
   const std::vector<std::string> keys = column_keys();
   const auto meant = nearest(key, keys);
   throw UsageError(
-      fmt::format("{}: no volume has this key{}; keys are {}, and those of key-value pairs, such as "
-                  "dicom_BodyPartExamined",
-                  key, meant ? fmt::format(" (did you mean {}?)", *meant) : "", fmt::join(keys, ", ")));
+      "{}: no volume has this key{}; keys are {}, and those of key-value pairs, such as "
+      "dicom_BodyPartExamined",
+      key, meant ? fmt::format(" (did you mean {}?)", *meant) : "", fmt::join(keys, ", "));
 }
 
 Statement Catalogue::selected(const Query& query) const {

@@ -42,7 +42,7 @@ std::optional<SurveyedParity> parity_of(const std::string& path, const RunOption
   return survey_parity(path, run, "checking parity");
 }
 
-void check(const std::string& path, const CatalogueEntry& entry, bool decodes, const RunOptions& run) {
+void check_entry(const std::string& path, const CatalogueEntry& entry, bool decodes, const RunOptions& run) {
   if (decodes) {
     Ranks alone;
     verify_file(alone, {.input = path, .resources = run.resources(alone)});
@@ -96,7 +96,7 @@ Checked check_output(const std::string& path, const CatalogueEntry& entry, bool 
     if (const auto status = status_of(path)) {
       event.bytes = status->size;
       event.modified = status->modified.in_nanoseconds();
-      check(path, entry, decodes, run);
+      check_entry(path, entry, decodes, run);
     } else {
       event.status = "missing";
       event.error = entry.is_only_copy ? "is gone, and its original was removed" : "is gone";

@@ -71,8 +71,8 @@ std::string number_in_sql(const Condition& condition, Kind kind) {
   } else if (const auto number = finite_number(condition.value)) {
     return fmt::format("{:.17g}", *number);
   }
-  throw UsageError(fmt::format("{}{}{}: must be a number{}", condition.key, condition.comparison,
-                               condition.value, kind == Kind::size ? ", such as 500000 or 10M" : ""));
+  throw UsageError("{}{}{}: must be a number{}", condition.key, condition.comparison, condition.value,
+                   kind == Kind::size ? ", such as 500000 or 10M" : "");
 }
 
 SqlCondition compared_text(const std::string& sql, const Condition& condition) {
@@ -124,8 +124,7 @@ SqlCondition compared_date(const std::string& sql, const Condition& condition) {
   if (comparison == "~" || comparison == "!~") return compared_text(sql, condition);
   const std::string date = digits_of_date(value);
   if (date.empty())
-    throw UsageError(
-        fmt::format("{}{}{}: must be a date, such as 2020-01-31, 2020-01 or 2020", key, comparison, value));
+    throw UsageError("{}{}{}: must be a date, such as 2020-01-31, 2020-01 or 2020", key, comparison, value);
   return {fmt::format("({0} <> '' AND substr(replace({0}, '-', ''), 1, {1}) {2} ?)", sql, date.size(),
                       comparison),
           {date}};
@@ -177,8 +176,8 @@ SqlCondition in_sql(const Condition& condition) {
       break;
   }
   if (condition.comparison.ends_with('~'))
-    throw UsageError(fmt::format("{}: is a number, which {} cannot compare; use = or <", condition.key,
-                                 condition.comparison));
+    throw UsageError("{}: is a number, which {} cannot compare; use = or <", condition.key,
+                     condition.comparison);
   return {fmt::format("{} {} {}", sql, condition.comparison, number_in_sql(condition, column->kind)), {}};
 }
 

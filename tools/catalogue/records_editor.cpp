@@ -74,8 +74,7 @@ bool RecordsEditor::Rewriting::next(std::string& line) {
   if (!lines_.next(line)) return false;
   // Its content is not known, and a file without it would not be what it was.
   if (line.empty())
-    throw BrokenInput(
-        fmt::format("{}: is too long for a record; remove the line, and repeat the command", place()));
+    throw BrokenInput("{}: is too long for a record; remove the line, and repeat the command", place());
   if (!line.ends_with('\n')) line += '\n';
   return true;
 }

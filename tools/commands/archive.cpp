@@ -128,7 +128,7 @@ struct ForgetCommand : ArchiveCommand {
     for (const std::string& path : forgotten.found)
       say("tagrid: {}: still has a name of these volumes", path);
     if (!forgotten.unknown.empty() || !forgotten.found.empty())
-      throw broken_input_error("{}: names may be left; see above", folder);
+      throw BrokenInput("{}: names may be left; see above", folder);
   }
 
   void require_consent(const std::vector<CatalogueEntry>& entries) const {
@@ -138,7 +138,7 @@ struct ForgetCommand : ArchiveCommand {
         fmt::format("{}, of which {} the only {} of removed originals", counted(entries.size(), "volume"),
                     only == 1 ? "one is" : fmt::format("{} are", only), only == 1 ? "copy" : "copies");
     if (!is_terminal(standard_input) || !is_terminal(standard_error))
-      throw usage_error("archive forget: would remove {}; confirm it with --yes", what);
+      throw UsageError("archive forget: would remove {}; confirm it with --yes", what);
     constexpr std::size_t most = 20;
     for (std::size_t i = 0; i < std::min(entries.size(), most); ++i) say("  {}", entries[i].name);
     if (entries.size() > most) say("  and {} more", entries.size() - most);
@@ -173,14 +173,14 @@ struct MoveCommand : ArchiveCommand {
     for (const std::string& place : moved.unknown)
       say("tagrid: {} is not a record, and stays as it is", place);
     if (moved.changed == 0)
-      throw usage_error("--from {}: no record in {} names a file below it{}", from, folder,
-                        keys.empty() ? "; if it is an archive without names, give --keys FILE" : "");
+      throw UsageError("--from {}: no record in {} names a file below it{}", from, folder,
+                       keys.empty() ? "; if it is an archive without names, give --keys FILE" : "");
     if (!is_folder(to)) warn(run, "{}: does not exist yet", to);
     if (!run.quiet) fmt::print("{} of {} changed\n", moved.changed, counted(moved.records, "record"));
   }
 
   static std::string absolute(const std::string& path, const char* option) {
-    if (path.empty()) throw usage_error("give {} DIR", option);
+    if (path.empty()) throw UsageError("give {} DIR", option);
     std::string text = fs::absolute(path).lexically_normal().string();
     while (text.size() > 1 && text.ends_with('/')) text.pop_back();
     return text;
@@ -211,7 +211,7 @@ Catalogue ArchiveCommand::opened() const {
 
 std::vector<CatalogueEntry> ArchiveCommand::named(const Catalogue& catalogue, const char* command) const {
   if (wanted.empty())
-    throw usage_error("{}: give names of volumes or conditions, such as patient=Smith* or 'name=*'", command);
+    throw UsageError("{}: give names of volumes or conditions, such as patient=Smith* or 'name=*'", command);
   return matching(catalogue);
 }
 
@@ -219,7 +219,7 @@ std::vector<CatalogueEntry> ArchiveCommand::matching(const Catalogue& catalogue)
   std::vector<CatalogueEntry> entries = catalogue.entries(catalogue.query_of(wanted));
   // A mistake in a condition must not look as if all was done.
   if (entries.empty() && !wanted.empty())
-    throw UsageError(fmt::format("{}: no volume matches {}", folder, fmt::join(wanted, " ")));
+    throw UsageError("{}: no volume matches {}", folder, fmt::join(wanted, " "));
   return entries;
 }
 

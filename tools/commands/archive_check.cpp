@@ -36,7 +36,7 @@ double percentage(const std::string& option, std::string text) {
   if (text.ends_with('%')) text.pop_back();
   const auto number = finite_number(text);
   if (!number || *number <= 0 || *number > 100)
-    throw usage_error("{} {}: must be above 0% and at most 100%, such as 5%", option, text);
+    throw UsageError("{} {}: must be above 0% and at most 100%, such as 5%", option, text);
   return *number;
 }
 
@@ -48,7 +48,7 @@ double duration(const std::string& option, const std::string& text) {
       if (const auto number = finite_number(std::string_view(text).substr(0, text.size() - 1));
           number && *number > 0)
         return *number * seconds;
-  throw usage_error("{} {}: must be a time, such as 90d, 12h, 30m or 45s", option, text);
+  throw UsageError("{} {}: must be a time, such as 90d, 12h, 30m or 45s", option, text);
 }
 
 /// Checks volumes and records what was found, in the order in which they are given.
@@ -151,13 +151,13 @@ struct CheckCommand : ArchiveCommand {
                  sums.unknown > 0 ? fmt::format(", {} could not be read", sums.unknown) : "");
     std::fflush(stdout);
     if (sums.damaged + sums.missing > 0)
-      throw broken_input_error(
-          "{}: {} of {} checked volumes are not intact{}", folder, sums.damaged + sums.missing, sums.checked,
-          sums.repairable > 0
-              ? fmt::format("; `tagrid archive repair {}` repairs {}", folder, sums.repairable)
-              : "");
+      throw BrokenInput("{}: {} of {} checked volumes are not intact{}", folder, sums.damaged + sums.missing,
+                        sums.checked,
+                        sums.repairable > 0
+                            ? fmt::format("; `tagrid archive repair {}` repairs {}", folder, sums.repairable)
+                            : "");
     if (sums.unknown > 0)
-      throw WorldError(fmt::format("{}: {} could not be read", folder, counted(sums.unknown, "volume")));
+      throw WorldError("{}: {} could not be read", folder, counted(sums.unknown, "volume"));
   }
 
   struct Sums {
@@ -228,12 +228,12 @@ struct ArchiveRepairCommand : ArchiveCommand {
         if (!parity) throw BrokenInput(path + ": has no parity, or none of its descriptions is left");
         if (!parity->condition.is_intact()) {
           if (!parity->condition.is_repairable())
-            throw broken_input_error("{}: {}", path, why_not_repairable(*parity, path));
+            throw BrokenInput("{}: {}", path, why_not_repairable(*parity, path));
           remove_abandoned(run, {}, {path});
           repair_file(*parity, watched, path, path, true, run, ranks);
         }
         checks.check_some({&entry, 1}, false, [&](const Checked& checked) {
-          if (checked.event.status != "ok") throw broken_input_error("{}: {}", path, checked.event.error);
+          if (checked.event.status != "ok") throw BrokenInput("{}: {}", path, checked.event.error);
         });
         ++(parity->condition.is_intact() ? intact : repaired);
         if (run.is_verbose())
@@ -247,8 +247,8 @@ struct ArchiveRepairCommand : ArchiveCommand {
     if (!run.quiet) fmt::print("{} repaired, {} intact, {} not repaired\n", repaired, intact, failed);
     std::fflush(stdout);
     if (failed > 0)
-      throw broken_input_error("{}: {} could not be repaired; restore them from a copy", folder,
-                               counted(failed, "volume"));
+      throw BrokenInput("{}: {} could not be repaired; restore them from a copy", folder,
+                        counted(failed, "volume"));
   }
 };
 

@@ -1,7 +1,5 @@
 // tagrid archive restore and export: volumes leave an archive, as the files that they were or in another format.
 
-#include <fmt/format.h>
-
 #include <cerrno>
 #include <filesystem>
 #include <memory>
@@ -43,7 +41,7 @@ void take_out(const ArchiveCommand& command, const char* name, const char* done,
   }
   if (command.run.is_watched() || failed > 0) say("volumes: {} {}, {} failed", taken, done, failed);
   if (failed > 0)
-    throw broken_input_error("{}: {} could not be {}", command.folder, counted(failed, "volume"), done);
+    throw BrokenInput("{}: {} could not be {}", command.folder, counted(failed, "volume"), done);
 }
 
 void make_target(const std::string& folder) {
@@ -104,7 +102,7 @@ struct ArchiveExportCommand : ArchiveCommand {
                          : volume.values        ? "--values"
                                                 : nullptr;
     if (option != nullptr)
-      throw usage_error(
+      throw UsageError(
           "{}: --format dicom exports complete series of stored samples; other formats, such as nrrd, nifti "
           "and tiff, have this option",
           option);

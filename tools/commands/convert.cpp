@@ -37,7 +37,7 @@ Shard shard_option(const std::string& text) {
   const auto count =
       slash == text.npos ? std::nullopt : whole_number<std::size_t>(std::string_view(text).substr(slash + 1));
   if (!index || !count || *index >= *count)
-    throw usage_error("--shard {}: must be i/n: part i of n parts, with i from 0 to n - 1", text);
+    throw UsageError("--shard {}: must be i/n: part i of n parts, with i from 0 to n - 1", text);
   return {*index, *count};
 }
 
@@ -108,8 +108,8 @@ struct ConvertCommand {
             options.run.verbosity > 0 ? "" : "; -v lists them, and why");
     }
     if (sums.failed > 0)
-      throw broken_input_error("{} of {} {}; see {}", sums.failed, counted(sums.files, "volume"), wrong,
-                               results.name());
+      throw BrokenInput("{} of {} {}; see {}", sums.failed, counted(sums.files, "volume"), wrong,
+                        results.name());
   }
 
   // Nothing in the directory of the outputs may name an input.
@@ -125,7 +125,7 @@ struct ConvertCommand {
       try {
         require_keyed_output(line, keys);
       } catch (const UsageError& error) {
-        throw usage_error("{}: {}", shown_input(manifest), error.what());
+        throw UsageError("{}: {}", shown_input(manifest), error.what());
       }
       line.is_relative = false;  // paths in the key file do not depend on the archive
       has_headers = has_headers || !encoding_of(line.options, options.run).options.strip;
@@ -154,8 +154,7 @@ struct ConvertCommand {
   // A list has the options of each volume; those for all volumes are given when it is converted.
   void refuse_beside_find(const OptionTexts& given) const {
     const auto refuse = [](const std::string& name) {
-      throw usage_error("{}: has no effect with --find, which encodes nothing; give it with --manifest",
-                        name);
+      throw UsageError("{}: has no effect with --find, which encodes nothing; give it with --manifest", name);
     };
     for (const auto& [name, is_given] : {std::pair("--manifest", !manifest.empty()),
                                          {"--output-dir", !options.output_dir.empty()},
@@ -219,8 +218,8 @@ struct ConvertCommand {
       say_line(sums);
     }
     if (nameless > 0)
-      throw broken_input_error("{} not listed, because --name gives no name or that of another one",
-                               counted(nameless, "volume"));
+      throw BrokenInput("{} not listed, because --name gives no name or that of another one",
+                        counted(nameless, "volume"));
   }
 
   // A line may have the bound that the command lacks. Without any, only the original of that line is kept.
@@ -230,7 +229,7 @@ struct ConvertCommand {
       try {
         refuse_without_bound(encoding_of(line.options, options.run).options, "--remove-verified");
       } catch (const UsageError& error) {
-        throw usage_error("{}: line {}: {}", shown_input(manifest), line.number, error.what());
+        throw UsageError("{}: line {}: {}", shown_input(manifest), line.number, error.what());
       }
     }
   }

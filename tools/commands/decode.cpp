@@ -88,19 +88,19 @@ struct DecodeCommand {
 
   void refuse_contradictions() const {
     if (samples && values) throw UsageError("--samples, --values: only one of them can be written");
-    if (overview < 0) throw usage_error("--overview {}: must be the factor of an overview", overview);
+    if (overview < 0) throw UsageError("--overview {}: must be the factor of an overview", overview);
     if (overview != 0 && (step != 1 || salvage || remove))
       throw UsageError("--overview: cannot be combined with --step, --salvage or --rm");
     if (overview != 0 && is_pipe_input(input))
-      throw usage_error("{}: --overview needs a file, not a pipe; save it to one first", shown_input(input));
-    if (volume && *volume < 0) throw usage_error("--volume {}: must be 0 or more", *volume);
+      throw UsageError("{}: --overview needs a file, not a pipe; save it to one first", shown_input(input));
+    if (volume && *volume < 0) throw UsageError("--volume {}: must be 0 or more", *volume);
     if (volume && remove) throw UsageError("--volume: the file may have others; leave out --rm");
     if (volume && is_pipe_input(input))
-      throw usage_error("{}: --volume needs a file, not a pipe; save it to one first", shown_input(input));
+      throw UsageError("{}: --volume needs a file, not a pipe; save it to one first", shown_input(input));
     if (fill && !salvage) throw UsageError("--fill: applies only with --salvage; give --salvage as well");
     if (salvage && remove) throw UsageError("--salvage: a damaged file is not removed; leave out --rm");
     if (salvage && is_pipe_input(input))
-      throw usage_error("{}: --salvage needs a file, not a pipe; save it to one first", shown_input(input));
+      throw UsageError("{}: --salvage needs a file, not a pipe; save it to one first", shown_input(input));
   }
 
   /// `facts`: what the writer of the format says; null if nothing.

@@ -9,6 +9,7 @@
 #include "io/files/temporaries.h"
 #include "io/formats/table/formats.h"
 #include "io/formats/table/open_volume.h"
+#include "io/parity/parity.h"
 #include "io/parts/part_folder.h"
 #include "io/system/files.h"
 #include "io/text/text.h"
@@ -68,7 +69,7 @@ struct EncodeCommand {
     if (remove) verify_encoding(input, asked.source, result.temporary, watched, run.resources(ranks));
     if (remove)
       if (const std::string lost = lost_structure(result.header, result.index.total); !lost.empty())
-        throw usage_error("{}: {}; leave out --rm", input, lost);
+        throw UsageError("{}: {}; leave out --rm", input, lost);
     RunFigures figures = figures_of(result.header, result.index, result.bytes_in, result.file_bytes);
     figures.volumes = result.header.volumes;
     if (!result.reason_of_bound.empty()) figures.settings["reason_of_max_error"] = result.reason_of_bound;
@@ -167,8 +168,8 @@ struct EncodeCommand {
     const auto canonical = [](const fs::path& path) { return fs::weakly_canonical(fs::absolute(path)); };
     const fs::path folder = canonical(parts), report = canonical(run.json);
     if (std::ranges::mismatch(folder, report).in1 == folder.end())
-      throw usage_error("--json {}: {} is the directory for the parts of the run; choose a file outside it",
-                        run.json, parts);
+      throw UsageError("--json {}: {} is the directory for the parts of the run; choose a file outside it",
+                       run.json, parts);
   }
 
   // Checks that the run can be continued. From now on, a signal leaves its parts.

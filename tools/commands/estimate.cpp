@@ -27,7 +27,7 @@ std::vector<double> numbers_option(const char* option, const std::string& text,
   for (const std::string_view part : split(text, ',')) {
     const auto number = read(part);
     if (!number || *number < 0)
-      throw usage_error("{} {}: must be numbers, with commas between them", option, text);
+      throw UsageError("{} {}: must be numbers, with commas between them", option, text);
     numbers.push_back(*number);
   }
   return numbers;

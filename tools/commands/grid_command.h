@@ -1,6 +1,7 @@
 // What the commands mesh and surface have in common: each writes a form of the grid of a .tag file.
 #pragma once
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -35,12 +36,13 @@ struct GridCommand {
   /// output. `add_settings(result, settings)` adds to the settings in the report.
   template <class AddSettings>
   Result write(const Ranks& ranks, const GridForm& form,
-               Finished<Result> (*write_form)(const GridRun<Options>&), AddSettings add_settings) {
+               const std::function<Finished<Result>(const GridRun<Options>&)>& write_form,
+               AddSettings add_settings) {
     run.obey_memory_limit();
     options.region = wanted_region(region);
     options.overwrite = output.overwrite;
     if (output.path.empty() && (!options.region.is_all() || volume))
-      throw usage_error(
+      throw UsageError(
           "a region or a volume needs -o FILE: without it, the output would have the name of the entire {}",
           form.name);
     path = output.path.empty() ? output_beside(input, form.extension) : output.path;

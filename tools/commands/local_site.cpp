@@ -18,7 +18,7 @@ namespace tagrid {
 std::string random_token() {
   std::array<unsigned char, 16> bytes;
   if (!fill_with_random(bytes))
-    throw WorldError(fmt::format("the system gives no random numbers: {}", std::strerror(errno)));
+    throw WorldError("the system gives no random numbers: {}", std::strerror(errno));
   return fmt::format("{:02x}", fmt::join(bytes, ""));
 }
 
@@ -34,13 +34,12 @@ void add_port_option(CLI::App& command, int& port) {
       ->check(CLI::Range(0, 65535));
 }
 
-void serve_until_interrupted(
-    const WebSite& site, int port,
-    const std::function<void(const std::string& machine, const EndSignals& signals)>& opened) {
-  EndSignals signals;
-  const LocalPort local = open_port(port);
-  opened(fmt::format("http://127.0.0.1:{}", local.number), signals);
-  serve(local, site, signals.descriptor(), [&] { signals.let_through(); });
+LocalSite::LocalSite(int port) : port_(open_port(port)) {}
+
+std::string LocalSite::machine() const { return fmt::format("http://127.0.0.1:{}", port_.number); }
+
+void LocalSite::serve_until_interrupted(const WebSite& site) {
+  serve(port_, site, signals_.descriptor(), [&] { signals_.let_through(); });
 }
 
 }  // namespace tagrid

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <functional>
 #include <string>
 
 #include "io/server/site.h"
@@ -19,11 +18,23 @@ std::string name_of_input(const std::string& input);
 /// --port
 void add_port_option(CLI::App& command, int& port);
 
-/// Calls `opened` with the beginning of the site's addresses, "http://127.0.0.1:8080", and with the end
-/// signals, for programs that it starts. Then serves the site to this machine
-/// until the first end signal; a second one ends the process at once. Throws WorldError.
-void serve_until_interrupted(
-    const WebSite& site, int port,
-    const std::function<void(const std::string& machine, const EndSignals& signals)>& opened);
+/// An open port of this machine. While it exists, end signals wait for it.
+class LocalSite {
+ public:
+  /// Throws WorldError.
+  explicit LocalSite(int port);
+
+  /// The beginning of the site's addresses: "http://127.0.0.1:8080".
+  std::string machine() const;
+  /// For programs that are started.
+  const EndSignals& signals() const { return signals_; }
+  /// Serves the site to this machine until the first end signal; a second one ends the process at once. Throws
+  /// WorldError.
+  void serve_until_interrupted(const WebSite& site);
+
+ private:
+  EndSignals signals_;
+  LocalPort port_;
+};
 
 }  // namespace tagrid

@@ -55,7 +55,7 @@ std::vector<std::string> reversed_arguments(int argc, char** argv, const CLI::Ap
   return {arguments.rbegin(), arguments.rend()};
 }
 
-int run(Ranks& ranks, int argc, char** argv) {
+int run_command(Ranks& ranks, int argc, char** argv) {
   CLI::App app{
       "Compress CT volumes: every voxel within a bound, and an adaptive tetrahedral mesh in the same file",
       "tagrid"};
@@ -94,7 +94,7 @@ int run(Ranks& ranks, int argc, char** argv) {
 /// Runs the program, and turns any exception into an exit code.
 int guarded_run(Ranks& ranks, int argc, char** argv) {
   try {
-    return run(ranks, argc, argv);
+    return run_command(ranks, argc, argv);
   } catch (const std::exception&) {
     return fail(current_failure());
   }

@@ -2,7 +2,7 @@
 
 #include "pipeline/meshes/mesh.h"
 #include "io/metadata/metadata.h"
-#include "pipeline/materials/material_mesh.h"
+#include "pipeline/parts/mesh_parts.h"
 
 #include <fmt/format.h>
 
@@ -21,7 +21,7 @@ namespace {
 struct MeshCommand : GridCommand<MeshOptions, MeshResult> {
   void execute(const Ranks& ranks) {
     if (is_named_as_one_of(surface_formats(), output.path))
-      throw usage_error(
+      throw UsageError(
           "{}: has the extension of a surface format, but mesh writes tetrahedra; use tagrid surface --iso V",
           output.path);
     if (is_named_as_one_of(material_mesh_formats(), output.path) &&
@@ -103,10 +103,11 @@ void add_materials(const MaterialMeshResult& result, nlohmann::ordered_json& set
 }
 
 struct MaterialMeshCommand : GridCommand<MaterialMeshOptions, MaterialMeshResult> {
-  void execute(const Ranks& ranks, const MaterialTexts& texts) {
+  void execute(Ranks& ranks, const MaterialTexts& texts) {
     options = material_options(texts);
-    const MaterialMeshResult result =
-        write(ranks, {"mesh", "meshes", ".vtu"}, write_material_mesh, add_materials);
+    const MaterialMeshResult result = write(
+        ranks, {"mesh", "meshes", ".vtu"},
+        [&](const MaterialMeshRun& mesh) { return write_material_mesh(ranks, mesh); }, add_materials);
     if (result.quality.removed_parts > 0 && !run.quiet)
       say("tagrid: {}: {} parts with {} tetrahedra were left out", path, result.quality.removed_parts,
           result.quality.removed_tetrahedra);
@@ -121,7 +122,7 @@ struct MaterialMeshCommand : GridCommand<MaterialMeshOptions, MaterialMeshResult
 struct MeshState : MeshCommand {
   MaterialTexts materials;
 
-  void execute(const Ranks& ranks) {
+  void execute(Ranks& ranks) {
     if (!materials.are_given()) {
       if (const std::string option = first_given(materials); !option.empty())
         throw usage_error("{}: applies only to materials; give --materials or --labels as well", option);

@@ -105,7 +105,7 @@ struct PreviewCommand {
                              ? whole_number<std::int64_t>(std::string_view(text).substr(2))
                              : std::nullopt;
       if (axis >= 3 || !slice)
-        throw usage_error("--slice {}: must be x=, y= or z= and a whole number, such as z=20", text);
+        throw UsageError("--slice {}: must be x=, y= or z= and a whole number, such as z=20", text);
       wishes.slices[axis] = *slice;
     }
     return wishes;
@@ -115,8 +115,8 @@ struct PreviewCommand {
     if (window.empty()) return std::nullopt;
     const auto range = value_range(window);
     if (!range || range->first >= range->second)
-      throw usage_error("--window {}: must be lo:hi with lo < hi{}", window,
-                        hint_of_decimal_comma(window, [](auto given) { return value_range(given); }));
+      throw UsageError("--window {}: must be lo:hi with lo < hi{}", window,
+                       hint_of_decimal_comma(window, [](auto given) { return value_range(given); }));
     return GreyWindow{range->first, range->second};
   }
 };

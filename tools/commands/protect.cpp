@@ -36,7 +36,7 @@ struct ProtectCommand {
     remove_abandoned(run, {}, {path});
     const FileSource file(input);
     if (const auto parity = parity_at_end(file))
-      throw usage_error("{}: already has parity of {}", shown_input(input), text_of_share(parity->share));
+      throw UsageError("{}: already has parity of {}", shown_input(input), text_of_share(parity->share));
     // Parity of a damaged file would keep its damage.
     TagReader reader(input);
     reader.read_to_end();

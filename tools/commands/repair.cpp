@@ -5,6 +5,7 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/open_source.h"
+#include "io/files/output_file.h"
 #include "io/parity/parity.h"
 #include "io/text/text.h"
 #include "tools/commands/commands.h"
@@ -26,7 +27,7 @@ struct RepairCommand {
     if (output.path.empty()) throw UsageError("give -o OUT, a new file: repair does not change its input");
     require_input_file(input, "the file to repair");
     if (output.path == "-" || !is_regular_output(output.path))
-      throw usage_error("{}: the output must be a regular file", shown_output(output.path));
+      throw UsageError("{}: the output must be a regular file", shown_output(output.path));
     refuse_same_file(input, output.path);
     refuse_same_file(parity_beside(input), output.path);
     check_output(output.path, output.overwrite);
@@ -34,13 +35,12 @@ struct RepairCommand {
     const UnchangedFiles watched({input});
     const auto parity = survey_parity(input, run, "repairing a file");
     if (!parity)
-      throw broken_input_error(
-          "{}: has no parity, or none of its descriptions is left; nothing can be repaired",
-          shown_input(input));
+      throw BrokenInput("{}: has no parity, or none of its descriptions is left; nothing can be repaired",
+                        shown_input(input));
     const auto& [file, condition] = *parity;
     if (!condition.is_repairable()) {
       if (!run.quiet && !is_of_another_file(*parity)) tell_what_is_lost(condition);
-      throw broken_input_error("{}: {}", shown_input(input), why_not_repairable(*parity, input));
+      throw BrokenInput("{}: {}", shown_input(input), why_not_repairable(*parity, input));
     }
     const bool is_proven = repair_file(*parity, watched, input, output.path, output.overwrite, run, ranks);
     if (!run.quiet) tell(file, condition);
@@ -85,7 +85,7 @@ struct RepairCommand {
 void require_input_file(const std::string& path, const char* what) {
   require_tag_input(path);
   if (path == "-" || (status_of(path) && !is_regular_input(path)))
-    throw usage_error("{}: {} must be a regular file; save it as one first", shown_input(path), what);
+    throw UsageError("{}: {} must be a regular file; save it as one first", shown_input(path), what);
 }
 
 Action add_repair_command(CLI::App& app) {

@@ -101,8 +101,7 @@ struct RestoreCommand {
       say("originals: {}, {} restored, {} {} there, {} failed", originals.size(), restored, there,
           there == 1 ? "was" : "were", failed);
     if (failed > 0)
-      throw broken_input_error("{} of {} could not be restored", failed,
-                               counted(originals.size(), "original"));
+      throw BrokenInput("{} of {} could not be restored", failed, counted(originals.size(), "original"));
     if (!unknown.empty())
       throw BrokenInput(records +
                         ": some records cannot be read, so originals that they name were not restored");

@@ -51,12 +51,13 @@ struct ServeCommand {
       }
       return {};
     };
-    serve_until_interrupted(site, port, [&](const std::string& machine, const EndSignals&) {
-      page = page_of(images, machine, site.origins);
-      for (const Image& image : images) std::cout << machine << image.path << std::endl;
-      flush_standard_output();
-      if (!run.quiet) tell(images, machine, site.origins);
-    });
+    LocalSite local(port);
+    const std::string machine = local.machine();
+    page = page_of(images, machine, site.origins);
+    for (const Image& image : images) std::cout << machine << image.path << std::endl;
+    flush_standard_output();
+    if (!run.quiet) tell(images, machine, site.origins);
+    local.serve_until_interrupted(site);
   }
 
   /// What browsers send as the origin of the pages of a site: nothing follows the host and the port, and the
@@ -68,7 +69,7 @@ struct ServeCommand {
     constexpr std::size_t longest = 300;
     if (given.size() > longest || !std::regex_match(given, parts, form) ||
         (parts[3].matched && std::stoi(parts.str(3).substr(1)) > 65535))
-      throw usage_error(
+      throw UsageError(
           "--origin {}: must be http:// or https://, a host in small letters and perhaps a port, such as "
           "https://neuroglancer-demo.appspot.com",
           given);
@@ -93,7 +94,7 @@ struct ServeCommand {
     const std::string path = root + percent_encoded(name) + ".zarr/";
     for (const Image& other : images)
       if (other.path == path)
-        throw usage_error("{}: another file of this name is served, too; serve one of them at a time", input);
+        throw UsageError("{}: another file of this name is served, too; serve one of them at a time", input);
     images.push_back({name, path, std::make_unique<ServedZarr>(file, name, available_threads())});
     tell_of_losses(input, images.back().zarr->info());
     for (const std::string& why : images.back().zarr->left_out())

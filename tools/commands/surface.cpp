@@ -18,7 +18,7 @@ namespace {
 struct SurfaceCommand : GridCommand<SurfaceOptions, SurfaceResult> {
   void execute(const Ranks& ranks) {
     if (is_named_as_one_of(mesh_formats(), output.path))
-      throw usage_error(
+      throw UsageError(
           "{}: has the extension of a format for tetrahedra, but surface writes triangles; use tagrid mesh",
           output.path);
     options.area = !run.json.empty();

@@ -64,28 +64,27 @@ struct VerifyCommand {
     report.keep();
     if (!run.quiet && run.json != "-") tell(result, files);
     if (parity && parity->file.is_beside() && !parity->condition.is_file_intact())
-      throw broken_input_error(
+      throw BrokenInput(
           "{}: the volume is intact, but {} is of an earlier or another file; remove it, and protect the "
           "file again",
           shown_input(input), parity_beside(input));
     if (parity && !parity->condition.is_intact())
-      throw broken_input_error("{}: the volume is intact, but its parity is damaged; {}", shown_input(input),
-                               parity->file.is_beside() ? fmt::format("remove {}, and protect the file again",
-                                                                      parity_beside(input))
-                                                        : parity_words(*parity));
+      throw BrokenInput("{}: the volume is intact, but its parity is damaged; {}", shown_input(input),
+                        parity->file.is_beside()
+                            ? fmt::format("remove {}, and protect the file again", parity_beside(input))
+                            : parity_words(*parity));
     if (parity && !run.quiet && run.json != "-") {
       fmt::print("parity: {}; any {}, or any burst of {} bytes, can be repaired\n", parity_words(*parity),
                  counted(parity->file.layout().parity, "damaged block"), parity->file.layout().burst());
       std::fflush(stdout);
     }
-    if (!differences.empty())
-      throw broken_input_error("{}: {}", shown_input(input), fmt::join(differences, "; "));
+    if (!differences.empty()) throw BrokenInput("{}: {}", shown_input(input), fmt::join(differences, "; "));
   }
 
   void refuse_tag_original() const {
     if (original.empty() || !is_regular_input(original)) return;
     if (file_begins_as_tag(*open_source(original)))
-      throw broken_input_error(
+      throw BrokenInput(
           "{}: is a .tag file, which cannot be the original; decode it first: tagrid decode {} --samples -o "
           "original.nrrd",
           printable(original), word_of_command(original));
@@ -97,7 +96,7 @@ struct VerifyCommand {
     if (!is_in_file && !is_regular_input(parity_beside(input))) return std::nullopt;
     auto parity = survey_parity(input, run, "checking parity");
     if (!parity)
-      throw broken_input_error(
+      throw BrokenInput(
           "{}: the volume is intact, but nothing of {} can be read; remove it, and protect the file again",
           shown_input(input), parity_beside(input));
     return parity;
@@ -199,7 +198,7 @@ struct VerifyCommand {
       if (is_newer) throw;
       const std::string words = words_of_damage(input, broken);
       if (parity && !parity->condition.is_file_intact() && parity->condition.is_repairable())
-        throw BrokenInput(fmt::format("{}; {} rebuilds what is damaged", words, repair_command(input)));
+        throw BrokenInput("{}; {} rebuilds what is damaged", words, repair_command(input));
       throw BrokenInput(words);
     }
   }
@@ -271,7 +270,7 @@ struct VerifyCommand {
   VerifyResult verify(Ranks& ranks, const SourceDescription& description) const {
     ProgressMeter meter(run.progress, run.quiet, "verifying", 1);
     return verify_file(ranks, {.input = input,
-                               .original = original,
+                               .original = original.empty() ? std::nullopt : std::optional(original),
                                .source = description,
                                .resources = run.resources_of_each_rank(),
                                .progress = meter.progress()});

@@ -1,7 +1,5 @@
 // tagrid view: shows a .tag file in a browser of this machine.
 
-#include <fmt/format.h>
-
 #include <array>
 #include <filesystem>
 #include <iostream>
@@ -32,10 +30,10 @@ fs::path viewer_folder() {
   for (const fs::path& folder : folders)
     if (fs::exists(folder / "index.html", unknown) && fs::exists(folder / "decoder/worker.js", unknown))
       return folder;
-  throw WorldError(fmt::format(
+  throw WorldError(
       "the page of the viewer is not installed (looked for in {} and {}); install the Debian package "
       "tagrid, which contains it, or make it with tools/install_packages.sh page and web/build.sh",
-      folders[0].string(), folders[1].string()));
+      folders[0].string(), folders[1].string());
 }
 
 struct ViewCommand {
@@ -65,13 +63,14 @@ struct ViewCommand {
     site.entrance = root + "?src=" + percent_encoded(path);
     site.ticket = "/" + random_token();
 
-    serve_until_interrupted(site, port, [&](const std::string& machine, const EndSignals& signals) {
-      std::cout << machine << site.entrance << std::endl;
-      flush_standard_output();
-      if (!no_browser && !signals.start_program("xdg-open", (machine + site.ticket).c_str()))
-        say_line("tagrid: no browser was opened, because xdg-open is missing; open the address above");
-      if (!quiet) say_line("tagrid: serves this machine only; Ctrl-C ends it");
-    });
+    LocalSite local(port);
+    std::cout << local.machine() << site.entrance << std::endl;
+    flush_standard_output();
+    const std::string ticket = local.machine() + site.ticket;
+    if (!no_browser && !local.signals().start_program("xdg-open", ticket.c_str()))
+      say_line("tagrid: no browser was opened, because xdg-open is missing; open the address above");
+    if (!quiet) say_line("tagrid: serves this machine only; Ctrl-C ends it");
+    local.serve_until_interrupted(site);
   }
 };
 

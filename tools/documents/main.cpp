@@ -21,7 +21,7 @@ std::string content_of(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-void write(const fs::path& path, const std::string& content) {
+void write_document(const fs::path& path, const std::string& content) {
   std::ofstream file(path);
   file << content;
   file.close();
@@ -34,13 +34,13 @@ void write_documents(const fs::path& docs, const fs::path& folder) {
   try {
     const Texts texts = texts_in(content_of(source));
     compare(texts, commands);
-    write(folder / "tagrid.1", manual_page(content_of(docs / "tagrid.1.in"), texts, commands));
-    write(folder / "options.md", reference(texts, commands));
+    write_document(folder / "tagrid.1", manual_page(content_of(docs / "tagrid.1.in"), texts, commands));
+    write_document(folder / "options.md", reference(texts, commands));
   } catch (const std::exception& error) {
     throw std::runtime_error(source.string() + ": " + error.what());
   }
-  write(folder / "tagrid.bash", bash_completion(commands));
-  write(folder / "_tagrid", zsh_completion(commands));
+  write_document(folder / "tagrid.bash", bash_completion(commands));
+  write_document(folder / "_tagrid", zsh_completion(commands));
 }
 
 }  // namespace

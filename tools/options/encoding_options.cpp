@@ -28,7 +28,7 @@ std::optional<RawDescription> layout_of(const SourceOptions& source) {
     if (!value->empty()) given.emplace_back(name);
   if (given.empty()) return std::nullopt;
   if (source.dims.empty() || source.type.empty())
-    throw usage_error(
+    throw UsageError(
         "{0}: only for samples without a header, and {1} missing: give both --dims and --type; a file of any "
         "other format describes its samples itself: leave out {0}",
         fmt::join(given, ", "),
@@ -40,8 +40,7 @@ std::optional<RawDescription> layout_of(const SourceOptions& source) {
   if (const std::string& offset = source.offset; !offset.empty()) {
     const auto bytes = byte_count(offset);
     if (!bytes || offset.find('.') != offset.npos)
-      throw usage_error("--offset: {}: must be a whole number of bytes, optionally with K, M, G or T",
-                        offset);
+      throw UsageError("--offset: {}: must be a whole number of bytes, optionally with K, M, G or T", offset);
     raw.offset = *bytes;
   }
   return raw;
@@ -54,7 +53,7 @@ std::optional<GivenSpacing> spacing_of(const SourceOptions& source) {
   require(!overrides || source.spacing.empty(), "--spacing and --override-spacing: give only one of them");
   auto given = given_spacing(text);
   if (!given)
-    throw usage_error(
+    throw UsageError(
         "--{} {}: must be one number above 0, or three of them (X,Y,Z), optionally with a unit: 10um, "
         "or 0.5,0.5,1.25mm{}",
         overrides ? "override-spacing" : "spacing", text, hint_of_decimal_comma(text, given_spacing));
@@ -69,8 +68,8 @@ const OptionRow& row_named(const std::string& name) {
     names.push_back(row.name);
   }
   if (const auto meant = nearest(name, names))
-    throw usage_error("unknown option --{}; did you mean --{}?", name, *meant);
-  throw usage_error("unknown option --{}; the options of a volume are --{}", name, fmt::join(names, ", --"));
+    throw UsageError("unknown option --{}; did you mean --{}?", name, *meant);
+  throw UsageError("unknown option --{}; the options of a volume are --{}", name, fmt::join(names, ", --"));
 }
 
 std::string in_words(SampleType type, bool big_endian) {
@@ -134,6 +133,11 @@ std::string doubt_of_lossy_source(const EncodeResult& result) {
       result.lossy_source, 100 * more, more < 0.1 ? 1 : 0);
 }
 
+/// The value of an option, if it was given.
+std::optional<std::string> given(const std::string& value) {
+  return value.empty() ? std::nullopt : std::optional(value);
+}
+
 }  // namespace
 
 TellOfCopy tell_of_copy(const RunOptions& run) {
@@ -153,27 +157,27 @@ std::optional<std::uint32_t> parity_option(const std::string& option, const std:
   if (text == "none") return std::nullopt;
   const auto number = finite_number(text.ends_with('%') ? text.substr(0, text.size() - 1) : text);
   if (!number || !(*number >= 0.1 && *number <= 100))
-    throw usage_error("{}: {}: must be a share from 0.1% to 100%, such as 5%, or none", option, text);
+    throw UsageError("{}: {}: must be a share from 0.1% to 100%, such as 5%, or none", option, text);
   return static_cast<std::uint32_t>(std::lround(*number * 1000));
 }
 
 Index3 dims_option(const std::string& dims) {
   const auto sizes = three_sizes(dims);
-  if (!sizes) throw usage_error("--dims {}: must be three whole numbers from 1 to 2^31: X,Y,Z", dims);
+  if (!sizes) throw UsageError("--dims {}: must be three whole numbers from 1 to 2^31: X,Y,Z", dims);
   return *sizes;
 }
 
 SampleType sample_type_option(const std::string& name) {
   if (const auto type = sample_type_named(name)) return *type;
-  throw usage_error("--type {}: must be uint8, int8, uint16, int16, uint32, int32, float32 or float64", name);
+  throw UsageError("--type {}: must be uint8, int8, uint16, int16, uint32, int32, float32 or float64", name);
 }
 
 SourceDescription SourceOptions::description() const {
-  SourceDescription description(layout_of(*this), vdb_grid);
+  SourceDescription description(layout_of(*this), given(vdb_grid));
   description.spacing = spacing_of(*this);
-  description.from = from;
-  description.series = series;
-  description.dataset = dataset;
+  description.from = given(from);
+  description.series = given(series);
+  description.dataset = given(dataset);
   description.gaps_ok = gaps_ok;
   description.data_outside = data_outside;
   return description;
@@ -186,8 +190,8 @@ Encoding EncodingOptions::checked(const RunOptions& run) const {
   } else if (!range.empty()) {
     encoding.options.range = value_range(range);
     if (!encoding.options.range)
-      throw usage_error("--range {}: must be lo:hi or auto{}", range,
-                        hint_of_decimal_comma(range, [](auto given) { return value_range(given); }));
+      throw UsageError("--range {}: must be lo:hi or auto{}", range,
+                       hint_of_decimal_comma(range, [](auto given) { return value_range(given); }));
   }
   const bool both_hold = options.max_error && rules.contains(ErrorRule::Kind::psnr);
   require(rules.size() + options.max_error.has_value() - both_hold <= 1,

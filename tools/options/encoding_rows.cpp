@@ -65,7 +65,7 @@ void set_max_error(EncodingOptions& o, const std::string& option, const std::str
   if (text.starts_with(noise))
     read_number(option + " noise", text.substr(noise.size()), o.rules[ErrorRule::Kind::noise]);
   else if (text == "noise" || text.ends_with('%'))
-    throw usage_error(
+    throw UsageError(
         "{}: {}: must be a finite number, such as 0.5, or noise:K for K times the noise; a part of the range "
         "of the samples is --relative-error R",
         option, text);
@@ -81,8 +81,8 @@ void set_overviews(EncodingOptions& o, const std::string& option, const std::str
   for (const std::string_view part : split(text, ',')) {
     const auto factor = whole_number<int>(part);
     if (!factor)
-      throw usage_error("{}: {}: must be auto, none, or factors with commas between them, such as 4,16",
-                        option, text);
+      throw UsageError("{}: {}: must be auto, none, or factors with commas between them, such as 4,16",
+                       option, text);
     factors.push_back(*factor);
   }
 }

@@ -180,7 +180,7 @@ MaterialMeshOptions material_options(const MaterialTexts& texts) {
   if (texts.order) options.order = *texts.order;
   if (texts.angles && *texts.angles != 9 && *texts.angles != 15)
     throw UsageError("--angles: must be 9 or 15");
-  options.best_angles = texts.angles == 15;
+  options.prefers_angles = texts.angles == 15;
   return options;
 }
 

@@ -23,7 +23,7 @@ void add_output_options(CLI::App& command, OutputOptions& options) {
 std::string output_beside(const std::string& input, const std::string& ending) {
   if (input == "-") return "-";
   if (is_declared_source(input))
-    throw usage_error("{}: nothing can be written beside an address; give -o FILE", input);
+    throw UsageError("{}: nothing can be written beside an address; give -o FILE", input);
   std::filesystem::path path(input);
   // ".nii.gz" is one extension to those who have such files.
   if (path.extension() == ".gz" && path.stem().extension() == ".nii") path.replace_extension();
@@ -34,7 +34,7 @@ void refuse_terminal(const Ranks& ranks, const std::string& output, const char* 
   if (output != "-" || !is_terminal(standard_output)) return;
   if (ranks.count() > 1)
     throw UsageError("standard output: is a terminal under mpirun, which changes bytes; give -o FILE");
-  throw usage_error("standard output: {} are not written to a terminal; give -o FILE, or use a pipe", what);
+  throw UsageError("standard output: {} are not written to a terminal; give -o FILE, or use a pipe", what);
 }
 
 void add_format_option(CLI::App& command, std::string& format, const std::string& other) {
@@ -65,7 +65,7 @@ const Format& volume_format_option(const std::string& format, const std::string&
   if (format.empty()) return is_file ? format_from_name(output) : format_named("raw");
   const Format& asked = format_named(format);
   if (is_file && named != nullptr && named != &asked)
-    throw usage_error(
+    throw UsageError(
         "--format {}: the extension of {} is that of another format; leave out --format, or name the output "
         "{}",
         format, output, std::filesystem::path(output).replace_extension(asked.extensions.front()).string());
@@ -85,10 +85,10 @@ void add_volume_option(CLI::App& command, std::optional<std::int64_t>& volume) {
 std::int64_t chosen_volume(const std::string& input, const std::optional<std::int64_t>& volume,
                            const RunOptions& run) {
   if (volume && !is_regular_input(input) && (input == "-" || status_of(input)))
-    throw usage_error("{}: --volume needs a file, not a pipe; save it to one first", shown_input(input));
+    throw UsageError("{}: --volume needs a file, not a pipe; save it to one first", shown_input(input));
   const int volumes = is_regular_input(input) || volume ? count_of_volumes(input) : 1;
   if (volume && (*volume < 0 || *volume >= volumes))
-    throw usage_error(
+    throw UsageError(
         "{}: no volume {}; {}", shown_input(input), *volume,
         volumes == 1 ? "the only volume is 0" : fmt::format("the volumes are 0 to {}", volumes - 1));
   if (!volume && volumes > 1 && !run.quiet)
@@ -102,8 +102,8 @@ WantedRegion wanted_region(const std::string& region) {
   if (region.empty()) return wanted;
   const auto ranges = three_ranges(region);
   if (!ranges)
-    throw usage_error("--region {}: must be x0:x1,y0:y1,z0:z1 with whole numbers; an end may be left out",
-                      region);
+    throw UsageError("--region {}: must be x0:x1,y0:y1,z0:z1 with whole numbers; an end may be left out",
+                     region);
   for (std::size_t axis = 0; axis < 3; ++axis)
     std::tie(wanted.low[axis], wanted.high[axis]) = (*ranges)[axis];
   return wanted;
@@ -126,7 +126,7 @@ void add_vdb_output_options(CLI::App& command, VdbOptions& options) {
 
 void check_vdb_options(const VdbOptions& options, const Format& format) {
   if (!(options.tolerance >= 0))
-    throw usage_error("--vdb-tolerance {}: must not be negative", options.tolerance);
+    throw UsageError("--vdb-tolerance {}: must not be negative", options.tolerance);
   if (format.has_grids) return;
   if (!options.grid.empty() || !options.type.empty() || options.background || options.tolerance > 0)
     throw UsageError(

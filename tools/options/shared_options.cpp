@@ -116,7 +116,7 @@ Resources RunOptions::resources_of_each_rank() const {
   Resources resources(threads);
   resources.memory = memory;
   resources.besides = memory_of_declared_sources();
-  resources.spool = spool;
+  if (!spool.empty()) resources.spool = spool;
   return resources;
 }
 
@@ -124,8 +124,8 @@ void add_memory_option(CLI::App& command, RunOptions& options) {
   const auto set = [&options](const std::string& text) {
     options.memory = byte_count(text);
     if (!options.memory || *options.memory == 0)
-      throw usage_error("-M: {}: must be a number of bytes above 0, such as 800M or 1.5G{}", text,
-                        hint_of_decimal_comma(text, byte_count));
+      throw UsageError("-M: {}: must be a number of bytes above 0, such as 800M or 1.5G{}", text,
+                       hint_of_decimal_comma(text, byte_count));
   };
   command
       .add_option_function<std::string>(
@@ -180,8 +180,8 @@ std::string about_unknown_address(const std::string& text) {
 void refuse_address(const std::string& input, std::string_view advice) {
   if (is_unknown_address(input)) throw UsageError(about_unknown_address(input));
   if (is_address(input) && !is_declared_source(input))
-    throw usage_error("{}: is an address; only .tag files are read from servers{}", shown_address(input),
-                      advice);
+    throw UsageError("{}: is an address; only .tag files are read from servers{}", shown_address(input),
+                     advice);
 }
 
 namespace {

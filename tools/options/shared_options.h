@@ -83,8 +83,8 @@ void read_number(const std::string& option, const std::string& text, Value& valu
   else
     number = finite_number(text);
   if (!number)
-    throw UsageError(fmt::format("{}: {}: must be {}{}", option, text, number_wanted<Number>(),
-                                 std::integral<Number> ? "" : hint_of_decimal_comma(text, finite_number)));
+    throw UsageError("{}: {}: must be {}{}", option, text, number_wanted<Number>(),
+                     std::integral<Number> ? "" : hint_of_decimal_comma(text, finite_number));
   value = *number;
 }
 

@@ -108,7 +108,7 @@ void prove(const std::string& input, const std::string& path, const RunOptions& 
     ProgressMeter meter(run.progress, run.quiet, "verifying", 1);
     verify_file(alone, {.input = path, .resources = run.resources(ranks), .progress = meter.progress()});
   } catch (const BrokenInput& broken) {
-    throw broken_input_error(
+    throw BrokenInput(
         "{}: is repaired to what was protected, but that is not a whole .tag file, and was not written "
         "({})",
         shown_input(input), broken.what());
@@ -125,7 +125,7 @@ bool repair_file(const SurveyedParity& parity, const UnchangedFiles& watched, co
       memory_for_stripes(run.memory, parity.file.layout(), "repairing a file"));
   const bool is_newer = needs_newer_program(repaired.temporary());
   if (!is_newer && parity.file.is_beside() && contradicts(input, repaired.temporary()))
-    throw broken_input_error(
+    throw BrokenInput(
         "{}: what is intact by its own checksums is not what {} protects, which is of another file, or of "
         "an earlier one; remove it, or protect the file again",
         shown_input(input), parity_beside(input));

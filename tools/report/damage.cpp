@@ -85,14 +85,6 @@ std::string words_with_repair(const std::string& input, const BrokenInput& broke
                      repair_command(input));
 }
 
-void with_repair_advice(const std::string& input, const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const BrokenInput& broken) {
-    throw BrokenInput(words_with_repair(input, broken));
-  }
-}
-
 namespace {
 
 constexpr std::size_t most_lines = 50;

@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,7 +31,14 @@ std::string repair_command(const std::string& input);
 std::string words_with_repair(const std::string& input, const BrokenInput& broken);
 
 /// Does `work`, which reads a .tag file. Errors of damage have the words above.
-void with_repair_advice(const std::string& input, const std::function<void()>& work);
+template <class Work>
+void with_repair_advice(const std::string& input, Work work) {
+  try {
+    work();
+  } catch (const BrokenInput& broken) {
+    throw BrokenInput(words_with_repair(input, broken));
+  }
+}
 
 /// A line for each run of bricks: their numbers, and their samples as a --region. Long lists are cut.
 std::vector<std::string> lines_of_lost(const std::vector<BrickRun>& lost, const BrickGrid& bricks);

@@ -13,26 +13,22 @@
 namespace tagrid {
 namespace {
 
-/// `numbers`: those of a MemoryLimit, or the first of them.
-std::string memory_advice(std::vector<std::uint64_t> numbers) {
-  numbers.resize(std::size_t{limit_with_brick} + 1);
+std::string memory_advice(const MemoryNeeds& needs) {
   const auto limit = [](std::uint64_t bytes) { return fmt::format("-M {}M", (bytes + (1 << 20) - 1) >> 20); };
-  std::string advice = "; give " + limit(numbers[needed_limit]);
-  if (const std::uint64_t spooled = numbers[limit_with_spool]; spooled > 0)
-    advice += ", or --spool DIR, a directory for the samples, and " + limit(spooled);
-  if (const std::uint64_t edge = numbers[smaller_brick], needed = numbers[limit_with_brick]; edge > 0)
-    advice += fmt::format(", or smaller bricks: --brick {}{}", edge,
-                          needed > numbers[allowed_limit] ? " and " + limit(needed) : "");
+  std::string advice = "; give " + limit(needs.needed);
+  if (needs.with_spool)
+    advice += ", or --spool DIR, a directory for the samples, and " + limit(*needs.with_spool);
+  if (const auto& brick = needs.smaller_brick)
+    advice += fmt::format(", or smaller bricks: --brick {}{}", brick->edge,
+                          brick->needed > needs.allowed ? " and " + limit(brick->needed) : "");
   return advice;
 }
 
-/// `terms`: the name of the file and how it is compressed, if they are known.
-std::string advice_on_compressed(const std::vector<Term>& terms) {
-  const std::string name = terms.size() == 2 ? terms[0].text : "",
-                    what = terms.size() == 2 ? terms[1].text : "";
+/// `name`: that of the file, if it is known. `message`: says how it is compressed.
+std::string advice_on_compressed(const std::string& name, std::string_view message) {
   const char* program = "zcat";
-  for (const auto& [kind, other] : {std::pair("zstd", "zstdcat"), {"xz", "xzcat"}, {"bzip2", "bzcat"}})
-    if (what.find(kind) != what.npos) program = other;
+  for (const auto& [kind, other] : {std::pair("(zstd)", "zstdcat"), {"(xz)", "xzcat"}, {"(bzip2)", "bzcat"}})
+    if (message.ends_with(kind)) program = other;
   // A shell takes other characters for something else.
   const bool is_plain = !name.empty() && name.find_first_not_of(
                                              "abcdefghijklmnopqrstuvwxyz"
@@ -50,7 +46,7 @@ std::string advice_on_compressed(const std::vector<Term>& terms) {
 }
 
 // Advice that follows the message of the error.
-std::string advice_on(const ErrorDetail& detail) {
+std::string advice_on(const std::string& message, const ErrorDetail& detail) {
   switch (detail.problem) {
     case Problem::none:
     case Problem::cancelled:
@@ -61,16 +57,18 @@ std::string advice_on(const ErrorDetail& detail) {
     case Problem::output_exists:
       return "; give -f to overwrite it";
     case Problem::memory_limit:
-      return memory_advice(detail.numbers);
+      return memory_advice(detail.memory.value_or(MemoryNeeds()));
     case Problem::writer_memory:
       return fmt::format(
           "{}, which is safe with less memory if most voxels are background, or choose another format, such "
           "as .nrrd",
-          memory_advice({detail.numbers.at(0)}));
+          memory_advice({.needed = detail.memory.value_or(MemoryNeeds()).needed}));
+    case Problem::volumes_below:
+      return fmt::format("; tagrid convert --find {} lists the volumes in it", detail.subject);
     case Problem::no_known_format:
       return "; if it holds samples without a header, describe them with --dims and --type";
     case Problem::compressed_file:
-      return advice_on_compressed(detail.sentence.terms);
+      return advice_on_compressed(detail.subject, message);
     case Problem::not_openvdb:
       return "; leave out --vdb-grid";
     case Problem::describes_itself:
@@ -101,17 +99,8 @@ bool is_held_by_another(const std::exception_ptr& exception) {
   }
 }
 
-/// The sentence, in which a search is the whole command: other commands have no such option.
-Sentence with_commands(Sentence sentence) {
-  for (Term& term : sentence.terms)
-    if (term.setting == "find") term = Term("tagrid convert --find " + sentence.terms.front().text);
-  return sentence;
-}
-
 std::string words_of(const std::string& message, const ErrorDetail& detail) {
-  const bool in_terms = !detail.sentence.text.empty();
-  return (in_terms ? detail.context + text_of(with_commands(detail.sentence), "--") : message) +
-         advice_on(detail);
+  return detail.with_options.value_or(message) + advice_on(message, detail);
 }
 
 }  // namespace
@@ -130,8 +119,7 @@ Failure current_failure(const std::string& memory_advice) {
       if (!list.empty() && error.detail.choices.back().name == std::to_string(list.size())) list.clear();
       // One format was looked for, but there may be volumes of others.
       std::error_code unknown;
-      if (const std::vector<Term>& terms = error.detail.sentence.terms;
-          !list.empty() && !terms.empty() && std::filesystem::is_directory(terms.front().text, unknown)) {
+      if (!list.empty() && std::filesystem::is_directory(error.detail.subject, unknown)) {
         std::vector<std::string> names;
         for (const Choice& choice : error.detail.choices) names.push_back(choice.name);
         if (std::string doubt = doubt_of_patterns(names); !doubt.empty()) list.push_back(std::move(doubt));

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <map>
 #include <span>
 
@@ -99,8 +98,6 @@ std::string lengths_text(const std::array<double, 3>& lengths, const std::array<
   return one_unit && !units[0].empty() ? fmt::format("{} {}", text, printable(units[0])) : text;
 }
 
-using Line = std::function<void(const char* name, const std::string& value)>;
-
 /// What the file keeps of its source, as lines of an NRRD header. A name that comes twice has its last value.
 ordered_json source_json(const TagHeader& header) {
   ordered_json json = {{"fields", ordered_json::object()},
@@ -119,6 +116,8 @@ ordered_json source_json(const TagHeader& header) {
 }
 
 /// The position of the samples in the world, as far as the source gave it.
+/// `line` takes the name and the value of a line.
+template <class Line>
 void print_geometry(const TagHeader& header, const Line& line) {
   const Geometry g = header.metadata.geometry();
   if (!g.has_spacing && !g.has_origin && g.space.empty()) return line("geometry", "not given by the source");
@@ -153,6 +152,7 @@ std::string values_text(const std::string& slope, const std::string& intercept, 
 }
 
 /// What people should know of the source: what samples mean, whose they are, and that there is more.
+template <class Line>
 void print_source(const TagHeader& header, const Line& line) {
   const auto listed = header.metadata.pairs();
   const std::map<std::string, std::string> pairs(listed.begin(), listed.end());

@@ -4,10 +4,11 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
-#include <functional>
 #include <mutex>
 #include <string>
 #include <thread>
+
+#include "pipeline/progress/progress.h"
 
 namespace tagrid {
 
@@ -36,7 +37,7 @@ class ProgressMeter {
   void begin(Clock::time_point now = Clock::now()) { start_ = now; }
 
   /// Updates the meter, and must not outlive it. Work that is repeated restarts below what was done.
-  std::function<void(std::uint64_t done, std::uint64_t total)> progress() {
+  Progress progress() {
     return [this](std::uint64_t done, std::uint64_t total) { update(done, total); };
   }
   void update(std::uint64_t done, std::uint64_t total, Clock::time_point now = Clock::now());

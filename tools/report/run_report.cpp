@@ -1,7 +1,5 @@
 #include "tools/report/run_report.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <filesystem>
@@ -57,15 +55,15 @@ RunReport::RunReport(const std::string& path, int threads, bool overwrite, const
       threads_(threads) {
   if (path.empty()) return;
   if (path == "-" ? output == "-" : !output.empty() && same_name(path, output))
-    throw UsageError(fmt::format("--json {}: is the output itself; choose another file", path));
+    throw UsageError("--json {}: is the output itself; choose another file", path);
   if (!another.empty() && another != "-" && same_name(path, another))
-    throw UsageError(fmt::format("--json {}: is a file of the volume; choose another file", path));
+    throw UsageError("--json {}: is a file of the volume; choose another file", path);
   if (!input.empty()) refuse_same_file(input, path);
   // A report replaces only an older report: -f is meant for the output, and a wrong name here must not cost a
   // volume. If the file does not exist now, but exists when the report is complete, this run has written it.
   const bool exists = is_regular_output(path) && status_of_name(path);
   if (exists && overwrite && FileBytes(path).peek(1) != "{")
-    throw UsageError(fmt::format("--json {}: exists and is not a JSON file; choose another name", path));
+    throw UsageError("--json {}: exists and is not a JSON file; choose another name", path);
   file_.emplace(path, exists && overwrite);
   // If this run fails, the statistics of an earlier run must not be mistaken for its own. Any other
   // JSON file stays until there is a report.

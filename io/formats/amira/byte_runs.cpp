@@ -1,7 +1,5 @@
 #include "io/formats/amira/byte_runs.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstring>
 #include <utility>
@@ -49,8 +47,8 @@ class ByteRuns final : public VolumeSource {
         file_->size() ? std::min(place_.bytes, *file_->size() - std::min(place_.start, *file_->size()))
                       : place_.bytes;
     if (expected / longest_run > present / 2 + 1)
-      throw BrokenInput(fmt::format("{}: {} bytes of runs cannot hold the samples ({})", file_->name(),
-                                    present, described(info().dims, info().type)));
+      throw BrokenInput("{}: {} bytes of runs cannot hold the samples ({})", file_->name(), present,
+                        described(info().dims, info().type));
     restart();
   }
 
@@ -74,8 +72,8 @@ class ByteRuns final : public VolumeSource {
       at_ = 0;
       left_ -= buffer_.size();
       if (buffer_.empty())
-        throw BrokenInput(fmt::format("{}: its runs end before its samples ({})", file_->name(),
-                                      described(info().dims, info().type)));
+        throw BrokenInput("{}: its runs end before its samples ({})", file_->name(),
+                          described(info().dims, info().type));
     }
     return buffer_[at_++];
   }
@@ -109,8 +107,8 @@ class ByteRuns final : public VolumeSource {
   }
   void end() override {
     if (run_ != 0 || left_ != 0 || at_ != buffer_.size())
-      throw BrokenInput(fmt::format("{}: its runs hold more than its samples ({})", file_->name(),
-                                    described(info().dims, info().type)));
+      throw BrokenInput("{}: its runs hold more than its samples ({})", file_->name(),
+                        described(info().dims, info().type));
   }
 
   PlaceOfRuns place_;

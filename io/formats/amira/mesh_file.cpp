@@ -140,7 +140,7 @@ Statements statements_of(std::string_view text) {
 }
 
 [[noreturn]] void refuse(std::string_view what, std::string_view value, std::string_view why) {
-  throw BrokenInput(fmt::format("AmiraMesh header: {} {}: {}", what, quoted(value), why));
+  throw BrokenInput("AmiraMesh header: {} {}: {}", what, quoted(value), why);
 }
 
 Index3 dims_of(const Statements& said) {
@@ -220,8 +220,7 @@ std::string read_text(FileBytes& file) {
   std::string text;
   for (std::size_t line_start = 0;; line_start = text.size()) {
     if (!file.read_line(text, max_header_bytes - text.size()))
-      throw BrokenInput(
-          fmt::format("{}: its header does not end within {} bytes", file.name(), max_header_bytes));
+      throw BrokenInput("{}: its header does not end within {} bytes", file.name(), max_header_bytes);
     const std::string_view line = trimmed(std::string_view(text).substr(line_start));
     if (line.empty() && line_start == text.size())
       throw BrokenInput(file.name() + ": ends within its header");
@@ -249,16 +248,15 @@ AmiraHeader parse_amira_header(std::string_view text) {
   if (!said.coordinates.empty() && lower_case(said.coordinates) != "uniform")
     refuse("CoordType", said.coordinates, "only uniform coordinates are supported");
   if (said.has_other_data || said.data.empty())
-    throw BrokenInput(
-        fmt::format("AmiraMesh header: the file must have the samples of one volume, and has {}",
-                    said.data.empty() ? "none" : "more data"));
+    throw BrokenInput("AmiraMesh header: the file must have the samples of one volume, and has {}",
+                      said.data.empty() ? "none" : "more data");
   const auto type = std::ranges::find(types, said.type, &std::pair<std::string_view, SampleType>::first);
   if (type == types.end())
     refuse("Lattice", said.type, "samples of this type are not supported, only scalars of 8, 16 and 32 bits");
   header.info.type = type->second;
   if (!sample_bytes(header.info.dims, header.info.type) || !is_volume_size(header.info.dims))
-    throw BrokenInput(fmt::format("AmiraMesh header: a volume cannot have {} samples",
-                                  described(header.info.dims, header.info.type)));
+    throw BrokenInput("AmiraMesh header: a volume cannot have {} samples",
+                      described(header.info.dims, header.info.type));
   const std::string_view begins = text.substr(std::min(text.rfind('@'), text.size()));
   if (said.data.substr(0, said.data.find('(')) != begins.substr(0, begins.find_last_not_of("\r\n ") + 1))
     refuse("Lattice", said.data, "its samples must come first");
@@ -280,7 +278,7 @@ std::unique_ptr<VolumeSource> open_amira(std::unique_ptr<FileBytes> file, const 
   try {
     header = parse_amira_header(text);
   } catch (const BrokenInput& broken) {
-    throw BrokenInput(fmt::format("{}: {}", name, broken.what()));
+    throw BrokenInput("{}: {}", name, broken.what());
   }
   SourceFacts facts;
   facts.info = header.info;

@@ -24,10 +24,10 @@ Number number(std::span<const std::byte> bytes, std::size_t at) {
 }
 
 [[noreturn]] void refuse(const ByteSource& file, std::string_view why) {
-  throw BrokenInput(fmt::format("{}: BMP file: {}", file.name(), why));
+  throw BrokenInput("{}: BMP file: {}", file.name(), why);
 }
 
-std::vector<std::byte> read(const ByteSource& file, std::uint64_t from, std::uint64_t size) {
+std::vector<std::byte> bytes_of(const ByteSource& file, std::uint64_t from, std::uint64_t size) {
   if (file.size() < from || file.size() - from < size) refuse(file, "ends within its header");
   std::vector<std::byte> bytes(size);
   file.read_at(from, bytes);
@@ -36,7 +36,7 @@ std::vector<std::byte> read(const ByteSource& file, std::uint64_t from, std::uin
 
 /// Without a ramp of grays, numbers are not brightness.
 void require_grays(const ByteSource& file, std::uint64_t palette, int colors, std::size_t entry) {
-  const auto bytes = read(file, palette, static_cast<std::uint64_t>(colors) * entry);
+  const auto bytes = bytes_of(file, palette, static_cast<std::uint64_t>(colors) * entry);
   for (int i = 0; i < colors; ++i) {
     const std::byte* color = bytes.data() + static_cast<std::size_t>(i) * entry;
     const auto blue = std::to_integer<int>(color[0]), green = std::to_integer<int>(color[1]),
@@ -66,11 +66,11 @@ bool begins_bmp(std::string_view bytes) {
 }
 
 BmpImage bmp_image(const ByteSource& file) {
-  const auto begin = read(file, 0, file_header + core_header);
+  const auto begin = bytes_of(file, 0, file_header + core_header);
   const auto header_size = number<std::uint32_t>(begin, file_header);
   if (!begins_bmp({reinterpret_cast<const char*>(begin.data()), begin.size()}))
     refuse(file, "its first bytes are not those of a bitmap");
-  const auto header = read(file, 0, file_header + header_size);
+  const auto header = bytes_of(file, 0, file_header + header_size);
   const bool is_core = header_size == core_header;
   BmpImage image;
   image.offset = number<std::uint32_t>(header, 10);

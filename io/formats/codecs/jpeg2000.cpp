@@ -1,6 +1,5 @@
 #include "io/formats/codecs/jpeg2000.h"
 
-#include <fmt/format.h>
 #include <openjpeg.h>
 
 #include <algorithm>
@@ -83,8 +82,7 @@ Jpeg2000Image decode(const ByteSource& bytes, std::int64_t width, std::int64_t h
   opj_set_error_handler(codec.get(), keep_message, &message);
   const auto require = [&](bool is_good) {
     if (!is_good)
-      throw BrokenInput(
-          fmt::format("the JPEG 2000 stream is broken: {}", message.empty() ? "it ends too soon" : message));
+      throw BrokenInput("the JPEG 2000 stream is broken: {}", message.empty() ? "it ends too soon" : message);
   };
   opj_dparameters_t parameters;
   opj_set_default_decoder_parameters(&parameters);
@@ -95,12 +93,12 @@ Jpeg2000Image decode(const ByteSource& bytes, std::int64_t width, std::int64_t h
   const Owned<opj_image_t> image(made, [](opj_image_t* i) { opj_image_destroy(i); });
   require(has_header && image);
   if (image->numcomps != 1)
-    throw BrokenInput(fmt::format("the JPEG 2000 stream has {} components, not one", image->numcomps));
+    throw BrokenInput("the JPEG 2000 stream has {} components, not one", image->numcomps);
   const opj_image_comp_t& component = image->comps[0];
   // Before anything is allocated for the samples.
   if ((width != 0 && component.w != width) || (height != 0 && component.h != height))
-    throw BrokenInput(fmt::format("the JPEG 2000 stream has {} x {} samples, but {} x {} are expected",
-                                  component.w, component.h, width, height));
+    throw BrokenInput("the JPEG 2000 stream has {} x {} samples, but {} x {} are expected", component.w,
+                      component.h, width, height);
   Jpeg2000Image result{component.w,         component.h, static_cast<int>(component.prec),
                        component.sgnd != 0, false,       {}};
   if (opj_codestream_info_v2_t* info = opj_get_cstr_info(codec.get()); info != nullptr) {
@@ -124,7 +122,7 @@ Jpeg2000Image decode(const ByteSource& bytes, std::int64_t width, std::int64_t h
 Jpeg2000Image decode_file(const std::string& path, bool with_samples) try {
   return decode(FileSource(path), 0, 0, with_samples);
 } catch (const BrokenInput& error) {
-  throw BrokenInput(fmt::format("{}: {}", path, error.what()));
+  throw BrokenInput("{}: {}", path, error.what());
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ DicomElements::DicomElements(const ByteSource& file, std::string name)
     : file_(file), name_(std::move(name)) {}
 
 void DicomElements::fail(std::string_view what) const {
-  throw BrokenInput(fmt::format("{}: DICOM file: {}", name_, what));
+  throw BrokenInput("{}: DICOM file: {}", name_, what);
 }
 
 std::string DicomElements::bytes(std::uint64_t begin, std::uint64_t end, std::uint64_t most) {

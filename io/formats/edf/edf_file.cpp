@@ -84,12 +84,12 @@ class Blocks {
                      begin, begin + end};
       if (text.size() < size) break;
     }
-    throw BrokenInput(fmt::format("{}: the header at byte {} has no end", file_.name(), begin));
+    throw BrokenInput("{}: the header at byte {} has no end", file_.name(), begin);
   }
 
   [[noreturn]] void refuse(const Block& block, std::string_view name, std::string_view why) const {
-    throw BrokenInput(fmt::format("{}: in its header at byte {}: {} {}: {}", file_.name(), block.begin, name,
-                                  quoted(value_of(block.fields, lower_case(name))), why));
+    throw BrokenInput("{}: in its header at byte {}: {} {}: {}", file_.name(), block.begin, name,
+                      quoted(value_of(block.fields, lower_case(name))), why);
   }
 
   std::int64_t count(const Block& block, std::string_view name, std::int64_t otherwise) const {
@@ -238,21 +238,21 @@ SourceFacts frames_of(const FileBytes& file, const std::string& path, std::uint6
     const SampleType type = blocks.type(*block);
     const auto needed = sample_bytes(dims, type);
     if (!needed || !is_volume_size(dims))
-      throw BrokenInput(fmt::format("{}: a volume cannot have {} samples", name, described(dims, type)));
+      throw BrokenInput("{}: a volume cannot have {} samples", name, described(dims, type));
     if (frames == 0) {
       facts.info = {dims, type};
       describe(block->fields, name, facts);
     } else if (dims.x != facts.info.dims.x || dims.y != facts.info.dims.y || dims.z > 1 ||
                type != facts.info.type || facts.info.dims.z > frames) {
       throw BrokenInput(
-          fmt::format("{}: frame {} has {} samples, and others do not; only slices of one size and "
-                      "type are a volume",
-                      name, frames + 1, described(dims, type)));
+          "{}: frame {} has {} samples, and others do not; only slices of one size and "
+          "type are a volume",
+          name, frames + 1, described(dims, type));
     }
     if (size - block->data < *needed)
-      throw BrokenInput(fmt::format(
+      throw BrokenInput(
           "{}: {} bytes of samples are expected from byte {} on (frame {}: {}), but {} are present", name,
-          *needed, block->data, frames + 1, described(dims, type), size - block->data));
+          *needed, block->data, frames + 1, described(dims, type), size - block->data);
     add_run({.offset = block->data,
              .slices = dims.z,
              .step = *sample_bytes({dims.x, dims.y, 1}, type),
@@ -264,8 +264,8 @@ SourceFacts frames_of(const FileBytes& file, const std::string& path, std::uint6
   }
   if (frames == 0) throw BrokenInput(name + ": has no frames");
   if (!is_volume_size(facts.info.dims))
-    throw BrokenInput(fmt::format("{}: a volume cannot have {} samples", name,
-                                  described(facts.info.dims, facts.info.type)));
+    throw BrokenInput("{}: a volume cannot have {} samples", name,
+                      described(facts.info.dims, facts.info.type));
   if (at < size) {
     const std::uint64_t slice = *sample_bytes({facts.info.dims.x, facts.info.dims.y, 1}, facts.info.type);
     (size - at < slice ? facts.warnings : facts.not_understood)
@@ -291,12 +291,11 @@ bool has_same_spacing(const Geometry& a, const Geometry& b) {
 void add_slice(const SourceFacts& slice, SourceFacts& all) {
   const std::string &path = slice.files.front(), &first = all.files.front();
   if (slice.info.dims != all.info.dims || slice.info.type != all.info.type)
-    throw BrokenInput(fmt::format("{}: has {} samples, but {} has {}", path,
-                                  described(slice.info.dims, slice.info.type), first,
-                                  described(all.info.dims, all.info.type)));
+    throw BrokenInput("{}: has {} samples, but {} has {}", path, described(slice.info.dims, slice.info.type),
+                      first, described(all.info.dims, all.info.type));
   if (slice.rescale != all.rescale)
-    throw BrokenInput(
-        fmt::format("{}: has another DataValueOffset than {}, and one volume cannot have both", path, first));
+    throw BrokenInput("{}: has another DataValueOffset than {}, and one volume cannot have both", path,
+                      first);
   if (all.scale_doubt.empty()) all.scale_doubt = slice.scale_doubt;
   if (!has_same_spacing(slice.info.geometry(), all.info.geometry()))
     all.not_understood.push_back(path +
@@ -339,8 +338,8 @@ std::unique_ptr<VolumeSource> open_edf_folder(const std::string& folder, const S
     const FileBytes file(path);
     SourceFacts slice = frames_of(file, path, file.size().value_or(0));
     if (slice.info.dims.z != 1)
-      throw BrokenInput(fmt::format("{}: has {} slices, so it is a volume of its own; give this file", path,
-                                    slice.info.dims.z));
+      throw BrokenInput("{}: has {} slices, so it is a volume of its own; give this file", path,
+                        slice.info.dims.z);
     if (all.files.empty())
       all = std::move(slice);
     else
@@ -348,8 +347,7 @@ std::unique_ptr<VolumeSource> open_edf_folder(const std::string& folder, const S
   }
   all.info.dims.z = static_cast<std::int64_t>(slices.paths.size());
   if (!is_volume_size(all.info.dims))
-    throw BrokenInput(
-        fmt::format("{}: a volume cannot have {} samples", folder, described(all.info.dims, all.info.type)));
+    throw BrokenInput("{}: a volume cannot have {} samples", folder, described(all.info.dims, all.info.type));
   shorten(all.warnings, folder);
   shorten(all.not_understood, folder);
   if (slices.gap) all.warnings.push_back(fmt::format("{}: {}", folder, gap_in_words(slices)));

@@ -49,7 +49,7 @@ constexpr std::array read_fields = {"objecttype",
                                     "position"};
 
 [[noreturn]] void refuse(std::string_view field, std::string_view value, std::string_view why) {
-  throw BrokenInput(fmt::format("MetaImage header: {} {}: {}", field, quoted(value), why));
+  throw BrokenInput("MetaImage header: {} {}: {}", field, quoted(value), why);
 }
 
 struct Line {
@@ -383,7 +383,7 @@ MetaImageHeader read_header(FileBytes& file) {
   try {
     return parse_meta_image_header(text);
   } catch (const BrokenInput& broken) {
-    throw BrokenInput(fmt::format("{}: {}", file.name(), broken.what()));
+    throw BrokenInput("{}: {}", file.name(), broken.what());
   }
 }
 

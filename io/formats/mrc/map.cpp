@@ -114,7 +114,7 @@ SampleType type_of(const Numbers& numbers, MrcHeader& header) {
                      : mode == 16           ? "colors"
                      : mode == 101          ? "samples of 4 bits"
                                             : "an unknown type";
-  throw BrokenInput(fmt::format("samples of mode {} ({}) are not supported", mode, what));
+  throw BrokenInput("samples of mode {} ({}) are not supported", mode, what);
 }
 
 /// The axis of the world along which columns, rows and sections lie.
@@ -126,8 +126,8 @@ std::array<std::size_t, 3> world_axes(const Numbers& numbers) {
   for (std::size_t i = 0; i < 3; ++i) {
     const std::int32_t axis = stored[i];
     if (axis < 1 || axis > 3 || seen[static_cast<std::size_t>(axis - 1)])
-      throw BrokenInput(fmt::format("its axes are {}, {}, {}; they must be 1, 2 and 3 in some order",
-                                    stored[0], stored[1], stored[2]));
+      throw BrokenInput("its axes are {}, {}, {}; they must be 1, 2 and 3 in some order", stored[0],
+                        stored[1], stored[2]);
     axes[i] = static_cast<std::size_t>(axis - 1);
     seen[axes[i]] = true;
   }
@@ -213,16 +213,14 @@ MrcHeader parse_mrc_header(std::string_view bytes) {
   header.info.dims = {sizes[0], sizes[1], sizes[2]};
   header.info.type = type_of(numbers, header);
   if (!sample_bytes(header.info.dims, header.info.type) || !is_volume_size(header.info.dims))
-    throw BrokenInput(
-        fmt::format("a volume cannot have {} samples", described(header.info.dims, header.info.type)));
+    throw BrokenInput("a volume cannot have {} samples", described(header.info.dims, header.info.type));
   const std::int32_t extended = numbers.integer(extended_at), space_group = numbers.integer(space_group_at),
                      slices = numbers.integer(intervals_at + 8);
-  if (extended < 0) throw BrokenInput(fmt::format("its extended header has {} bytes", extended));
+  if (extended < 0) throw BrokenInput("its extended header has {} bytes", extended);
   header.start = mrc_header_bytes + static_cast<std::uint64_t>(extended);
   if (space_group >= first_of_stacks && space_group <= last_of_stacks) {
     if (slices < 1 || sizes[2] % slices != 0)
-      throw BrokenInput(
-          fmt::format("{} slices cannot be a stack of volumes with {} slices each", sizes[2], slices));
+      throw BrokenInput("{} slices cannot be a stack of volumes with {} slices each", sizes[2], slices);
     header.volumes = sizes[2] / slices;
     header.info.dims.z = slices;
   }

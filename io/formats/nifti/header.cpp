@@ -60,20 +60,19 @@ SampleType type_of(std::int64_t code) {
                      : code == 1024 || code == 1280               ? "integers of 64 bits"
                      : code == 1536                               ? "floats of 128 bits"
                                                                   : "of no known type";
-  throw BrokenInput(
-      fmt::format("NIfTI header: samples are {} (datatype {}), which are not supported", name, code));
+  throw BrokenInput("NIfTI header: samples are {} (datatype {}), which are not supported", name, code);
 }
 
 /// The samples of one volume along x, y, z, and the number of volumes.
 std::pair<Index3, std::int64_t> dims_of(const Fields& fields) {
   const std::int64_t axes = fields.integer(dim);
   if (axes < 1 || axes > 7)
-    throw BrokenInput(fmt::format("NIfTI header: dim[0], the number of axes, is {}, not 1 to 7", axes));
+    throw BrokenInput("NIfTI header: dim[0], the number of axes, is {}, not 1 to 7", axes);
   std::array<std::int64_t, 8> sizes = {};
   std::int64_t volumes = 1;
   for (std::size_t i = 1; i < 8; ++i) {
     sizes[i] = static_cast<std::int64_t>(i) <= axes ? fields.integer(dim, i) : 1;
-    if (sizes[i] < 1) throw BrokenInput(fmt::format("NIfTI header: dim[{}] is {}", i, sizes[i]));
+    if (sizes[i] < 1) throw BrokenInput("NIfTI header: dim[{}] is {}", i, sizes[i]);
     if (i > 3 && __builtin_mul_overflow(volumes, sizes[i], &volumes))
       throw BrokenInput("NIfTI header: there are too many volumes");
   }
@@ -148,9 +147,9 @@ std::uint64_t offset_of(const Fields& fields, bool is_pair, std::size_t header_b
   const auto least = static_cast<double>(is_pair ? 0 : header_bytes + 4);
   if (offset == 0) return is_pair ? 0 : header_bytes + 4;
   if (!(offset >= least && offset <= 0x1p62) || offset != std::floor(offset))
-    throw BrokenInput(fmt::format(
+    throw BrokenInput(
         "NIfTI header: vox_offset is {}, which is impossible: it must be a whole number of at least {}",
-        offset, least));
+        offset, least);
   return static_cast<std::uint64_t>(offset);
 }
 
@@ -181,8 +180,7 @@ NiftiHeader parse_nifti_header(std::string_view bytes) {
   std::uint64_t all = 0;
   if (!volume_bytes || __builtin_mul_overflow(*volume_bytes, static_cast<std::uint64_t>(volumes), &all) ||
       all > std::uint64_t{1} << 62)
-    throw BrokenInput(
-        fmt::format("NIfTI header: {} volumes of {} are beyond all memory", volumes, described(dims, type)));
+    throw BrokenInput("NIfTI header: {} volumes of {} are beyond all memory", volumes, described(dims, type));
   KeyValues pairs;
   for (const Field& field : kept) {
     auto [text, loss] = field.name == descrip.name ? text_with_loss(fields.text(field))
@@ -210,7 +208,7 @@ NiftiHeader read_header(FileBytes& file) {
     return parse_nifti_header(begins_gzip(file) ? beginning_of_gzip(file, max_nifti_header_bytes)
                                                 : std::string(file.peek(max_nifti_header_bytes)));
   } catch (const BrokenInput& error) {
-    throw BrokenInput(fmt::format("{}: {}", file.name(), error.what()));
+    throw BrokenInput("{}: {}", file.name(), error.what());
   }
 }
 
@@ -225,8 +223,7 @@ std::string image_path(const std::string& path, const std::string& name) {
   image.replace_extension(is_upper ? ".IMG" : ".img");
   for (const std::string& candidate : {image.string(), image.string() + ".gz"})
     if (const auto status = status_of(candidate); status && status->is_file()) return candidate;
-  throw WorldError(
-      fmt::format("{}: is a NIfTI header, but the file of its samples is missing: {}", name, image.string()));
+  throw WorldError("{}: is a NIfTI header, but the file of its samples is missing: {}", name, image.string());
 }
 
 /// The file of a header without its samples, which may be compressed, too.

@@ -28,7 +28,7 @@ constexpr std::array types = {std::pair{"u1"sv, SampleType::uint8},   std::pair{
                               std::pair{"f4"sv, SampleType::float32}, std::pair{"f8"sv, SampleType::float64}};
 
 [[noreturn]] void refuse(std::string_view key, std::string_view value, std::string_view why) {
-  throw BrokenInput(fmt::format("NumPy header: {} {}: {}", key, quoted(value), why));
+  throw BrokenInput("NumPy header: {} {}: {}", key, quoted(value), why);
 }
 
 /// The text of one value of a dictionary, with everything in its brackets; and what follows its comma.
@@ -157,15 +157,15 @@ std::unique_ptr<VolumeSource> open_npy(std::unique_ptr<FileBytes> file, const st
   const std::string_view first = file->peek(magic.size() + 6);
   const int version = first.size() > magic.size() ? first[magic.size()] : 0;
   if (!first.starts_with(magic) || version < 1 || version > 3)
-    throw BrokenInput(fmt::format("{}: version {} of NumPy's format is unknown", name, version));
+    throw BrokenInput("{}: version {} of NumPy's format is unknown", name, version);
   const std::size_t before = magic.size() + (version == 1 ? 4 : 6);
   if (first.size() < before) throw BrokenInput(name + ": ends within its header");
   const auto* length_bytes = reinterpret_cast<const std::byte*>(first.data()) + magic.size() + 2;
   const std::size_t length = version == 1 ? load_little_endian<std::uint16_t>(length_bytes)
                                           : load_little_endian<std::uint32_t>(length_bytes);
   if (length > max_npy_header_bytes)
-    throw BrokenInput(fmt::format("{}: its header has {} bytes, more than the {} that are read", name, length,
-                                  max_npy_header_bytes));
+    throw BrokenInput("{}: its header has {} bytes, more than the {} that are read", name, length,
+                      max_npy_header_bytes);
   file->skip(before);
   std::string dictionary(length, '\0');
   if (file->read(reinterpret_cast<std::byte*>(dictionary.data()), length) != length)
@@ -174,7 +174,7 @@ std::unique_ptr<VolumeSource> open_npy(std::unique_ptr<FileBytes> file, const st
   try {
     header = parse_npy_header(dictionary);
   } catch (const BrokenInput& broken) {
-    throw BrokenInput(fmt::format("{}: {}", name, broken.what()));
+    throw BrokenInput("{}: {}", name, broken.what());
   }
   SourceFacts facts;
   facts.info = {header.dims, header.type};

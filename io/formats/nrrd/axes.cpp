@@ -65,8 +65,8 @@ Values values_of(const AxisField& field, std::string_view value, std::size_t axe
     rest.remove_prefix(length);
     if (rest.empty() && values.size() == axes) return values;
   }
-  throw BrokenInput(fmt::format("NRRD header: {}: {} must have a value for each of the {} axes", field.name,
-                                quoted(value), axes));
+  throw BrokenInput("NRRD header: {}: {} must have a value for each of the {} axes", field.name,
+                    quoted(value), axes);
 }
 
 std::string text_of(const std::vector<double>& v) { return fmt::format("({})", fmt::join(v, ",")); }
@@ -109,10 +109,10 @@ std::vector<std::size_t> axes_of_volume(const std::vector<std::int64_t>& sizes,
   for (std::size_t axis = sizes.size(); axis-- > 0;)
     if (sizes[axis] == 1) single.insert(axis == 0 ? single.begin() : single.end(), axis);
   if (single.size() + 3 < sizes.size())
-    throw BrokenInput(fmt::format(
+    throw BrokenInput(
         "NRRD header: sizes: {}: a volume has 3 axes, and this file has {} with more than one sample, for "
         "components (colors, vectors) or time points; extract one of them first, for example with unu slice",
-        fmt::join(sizes, " "), sizes.size() - single.size()));
+        fmt::join(sizes, " "), sizes.size() - single.size());
   std::vector<bool> is_in_space(sizes.size(), true);
   for (const MetadataEntry& entry : entries) {
     if (entry.field != "kinds" && entry.field != "space directions") continue;

@@ -36,12 +36,12 @@ std::string_view nrrd_name_of(SampleType type) {
 }
 
 [[noreturn]] void refuse(std::string_view field, std::string_view value, std::string_view why) {
-  throw BrokenInput(fmt::format("NRRD header: {}: {}: {}", field, quoted(value), why));
+  throw BrokenInput("NRRD header: {}: {}: {}", field, quoted(value), why);
 }
 
 std::string_view required(const Fields& fields, std::string_view name) {
   const auto found = fields.find(name);
-  if (found == fields.end()) throw BrokenInput(fmt::format("NRRD header: the field \"{}\" is missing", name));
+  if (found == fields.end()) throw BrokenInput("NRRD header: the field \"{}\" is missing", name);
   return found->second;
 }
 
@@ -182,7 +182,7 @@ Fields storage_fields_of(std::string_view text, MetadataEntries& others, std::st
     if (parsed.kind != MetadataEntry::Kind::field || !is_storage_field(parsed.field)) {
       others.add(parsed);
     } else if (!fields.emplace(parsed.field, parsed.value).second) {
-      throw BrokenInput(fmt::format("NRRD header: \"{}\" is given twice", parsed.field));
+      throw BrokenInput("NRRD header: \"{}\" is given twice", parsed.field);
     }
     if (parsed.field == "data file" && is_list(words_of(parsed.value))) {
       list = text;

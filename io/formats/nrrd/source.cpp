@@ -52,8 +52,7 @@ void skip_lines(FileBytes& file, std::int64_t count) {
   for (std::int64_t i = 0; i < count; ++i) {
     std::string line;
     if (!file.read_line(line, max_nrrd_header_bytes) || line.empty())
-      throw BrokenInput(
-          fmt::format("{}: its header says to skip {} lines, but it has fewer", file.name(), count));
+      throw BrokenInput("{}: its header says to skip {} lines, but it has fewer", file.name(), count);
   }
 }
 
@@ -109,7 +108,7 @@ std::unique_ptr<VolumeSource> open_nrrd(std::unique_ptr<FileBytes> file, const s
   const std::vector<std::string> data_files = std::exchange(header.data_files, {});
   if (data_files.size() > 1 && header.encoding != NrrdHeader::Encoding::raw)
     facts.plain_form = [path, is_bzip2 = header.encoding == NrrdHeader::Encoding::bzip2] {
-      return PlainForm{is_bzip2 ? "bzip2" : "gzip", {plain_header(path, nrrd, std::nullopt)}, {}, ""};
+      return PlainForm{is_bzip2 ? "bzip2" : "gzip", {plain_header(path, nrrd, std::nullopt)}, {}};
     };
   return open_data_files(
       nrrd, std::move(facts), path, header_name, file->position(), data_files, source.data_outside,

@@ -1,7 +1,5 @@
 #include "io/formats/nrrd/text_header.h"
 
-#include <fmt/format.h>
-
 #include <set>
 
 #include "io/errors/errors.h"
@@ -14,8 +12,8 @@ std::string read_header_text(FileBytes& file, const TextHeaderFormat& format) {
   std::string text;
   for (std::size_t line_start = 0;; line_start = text.size()) {
     if (!file.read_line(text, format.most_bytes - text.size()))
-      throw BrokenInput(fmt::format("{}: the {} header does not end within {} bytes", file.name(),
-                                    format.name, format.most_bytes));
+      throw BrokenInput("{}: the {} header does not end within {} bytes", file.name(), format.name,
+                        format.most_bytes);
     const std::string_view line = std::string_view(text).substr(line_start);
     if (line.empty() || format.is_last(line)) return text;
   }

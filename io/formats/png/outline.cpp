@@ -19,7 +19,7 @@ constexpr std::size_t header_bytes = 13, bits_at = 24, color_at = 25;
 constexpr std::uint64_t chunk_head = 8, chunk_crc = 4;
 
 [[noreturn]] void refuse(const ByteSource& file, std::string_view why) {
-  throw BrokenInput(fmt::format("{}: PNG file: {}", file.name(), why));
+  throw BrokenInput("{}: PNG file: {}", file.name(), why);
 }
 
 std::uint32_t number_at(std::string_view bytes, std::size_t at) {

@@ -30,8 +30,8 @@ std::vector<std::string> files_in(const std::string& folder, const std::vector<s
   if (std::ranges::any_of(files, [](const std::string& path) { return !is_preview(path); }))
     std::erase_if(files, is_preview);
   if (files.empty())
-    throw BrokenInput(fmt::format("{}: is a directory without files whose names end in {}", folder,
-                                  fmt::join(extensions, ", ")));
+    throw BrokenInput("{}: is a directory without files whose names end in {}", folder,
+                      fmt::join(extensions, ", "));
   return files;
 }
 
@@ -45,7 +45,7 @@ std::vector<NumberedFiles> series_of_slices(const std::string& folder,
 Choice choice_of(const NumberedFiles& files) { return {files.pattern, counted(files.paths.size(), "file")}; }
 
 void require_no_gap(const std::string& folder, const NumberedFiles& files, const ReaderOptions& options) {
-  if (files.same) throw BrokenInput(fmt::format("{}: {}", folder, same_in_words(files)));
+  if (files.same) throw BrokenInput("{}: {}", folder, same_in_words(files));
   if (files.gap && option(options, "gaps-ok").empty())
     throw BrokenInput(fmt::format("{}: {}", folder, gap_in_words(files)), Problem::slices_missing);
 }
@@ -194,8 +194,8 @@ SliceLog log_of_slices(const std::string& folder, const NumberedFiles& slices) {
   return own == nullptr ? SliceLog{} : *own;
 }
 
-void add(SliceLog log, Geometry& geometry, KeyValues& pairs, std::vector<std::string>& files,
-         std::vector<std::string>& warnings) {
+void include_log(SliceLog log, Geometry& geometry, KeyValues& pairs, std::vector<std::string>& files,
+                 std::vector<std::string>& warnings) {
   if (log.path.empty()) return;
   for (const std::string& sentence : log.warnings)
     warnings.push_back(fmt::format("{}: {}", log.path, sentence));

@@ -79,8 +79,8 @@ struct SliceLog {
 /// with a reconstruction.
 SliceLog log_of_slices(const std::string& folder, const NumberedFiles& slices);
 /// Adds a log to what is known of a volume, and its file after those of the slices.
-void add(SliceLog log, Geometry& geometry, KeyValues& pairs, std::vector<std::string>& files,
-         std::vector<std::string>& warnings);
+void include_log(SliceLog log, Geometry& geometry, KeyValues& pairs, std::vector<std::string>& files,
+                 std::vector<std::string>& warnings);
 
 /// What the names of the files say, as a pair for VolumeInfo.
 std::pair<std::string, std::string> pair_of(const NumberedFiles& files);
@@ -98,7 +98,7 @@ std::unique_ptr<ServedVolume> open_slices(const std::string& path, const std::ve
   auto volume = std::make_unique<Volume>(std::move(files.paths));
   volume->pairs.push_back(names);
   add_warning_of_gaps(path, files, volume->warnings);
-  add(std::move(log), volume->geometry, volume->pairs, volume->files, volume->warnings);
+  include_log(std::move(log), volume->geometry, volume->pairs, volume->files, volume->warnings);
   return volume;
 }
 

@@ -123,9 +123,8 @@ std::unique_ptr<VolumeSource> all_volumes(const std::string& path, const std::ve
       all.opened = nullptr;
       all.plain_form = {};
     } else if (const std::string why = difference(all, facts); !why.empty()) {
-      throw UsageError(
-          Sentence{"{}: its volumes are unlike ({}), and cannot be in one file; choose one with {}",
-                   {path, why, Setting{"series", "its name"}}});
+      throw UsageError("{}: its volumes are unlike ({}), and cannot be in one file; choose one with {}", path,
+                       why, Setting{"series", "its name"});
     }
     is_placed = is_placed && !facts.places.empty();
     add_places(facts, all);

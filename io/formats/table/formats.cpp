@@ -336,7 +336,7 @@ const Format& format_named(std::string_view name) {
     for (const std::string_view extension : format->extensions)
       if (!extension.empty() && extension.substr(1) == name) return *format;
   if (const Format* added = added_format(name)) return *added;
-  throw UsageError(fmt::format("{}: must be one of {}", name, fmt::join(names, ", ")));
+  throw UsageError("{}: must be one of {}", name, fmt::join(names, ", "));
 }
 
 const Format* format_with_extension(const std::string& path) {
@@ -359,7 +359,7 @@ const Format& format_from_name(const std::string& path) {
                            : format == written.back() ? " or "
                                                       : ", ",
                            format->extensions.front(), format->help);
-  throw UsageError(fmt::format("{}: the name of a volume must end in {}", path, endings));
+  throw UsageError("{}: the name of a volume must end in {}", path, endings);
 }
 
 namespace {
@@ -367,12 +367,11 @@ namespace {
 std::unique_ptr<VolumeSink> create_detached(const Format& format, const std::string& path,
                                             const VolumeInfo& info, const SinkOptions& options) {
   if (path == "-")
-    throw UsageError(fmt::format("a detached header ({}) needs a file name; choose {} or raw", format.name,
-                                 read_format_named(format.reads.as)->extensions.front().substr(1)));
+    throw UsageError("a detached header ({}) needs a file name; choose {} or raw", format.name,
+                     read_format_named(format.reads.as)->extensions.front().substr(1));
   const std::filesystem::path samples = samples_path(path, format);
   if (samples == std::filesystem::path(path))
-    throw UsageError(
-        fmt::format("{}: a detached header cannot be named {}", path, format.writes.samples_extension));
+    throw UsageError("{}: a detached header cannot be named {}", path, format.writes.samples_extension);
   const std::string header = format.writes.detached_header(info, samples.filename().string());
   auto header_file =
       std::make_unique<OutputFile>(path, options.overwrite, OutputFileOptions{.like = options.like});

@@ -42,18 +42,16 @@ Way way_of(const Format& format, const std::string& name) {
   if (format.reads.program.empty()) return {&format, ""};
   if (const auto program = find_reader(format.reads.program)) return {&format, *program};
   const bool has_files = format.reads.is_folder == nullptr && is_folder(name);
-  throw WorldError(
-      fmt::format("{}: {}, which tagrid-read-{} reads; that program is not installed {}", name,
-                  has_files ? fmt::format("has {} files", format.help) : fmt::format("is {}", format.what),
-                  format.reads.program, about_missing_program(format.reads.program)));
+  throw WorldError("{}: {}, which tagrid-read-{} reads; that program is not installed {}", name,
+                   has_files ? fmt::format("has {} files", format.help) : fmt::format("is {}", format.what),
+                   format.reads.program, about_missing_program(format.reads.program));
 }
 
 Way way_named(const std::string& from, const std::string& name) {
   if (const Format* format = read_format_named(from)) return way_of(*format, name);
   if (const auto program = find_reader(from)) return {nullptr, *program};
-  throw UsageError(Sentence{
-      "{}: \"{}\" is not a format that can be read; known are {}",
-      {Setting{"from", "its format"}, from, fmt::format("{}", fmt::join(read_format_names(), ", "))}});
+  throw UsageError("{}: \"{}\" is not a format that can be read; known are {}", Setting{"from", "its format"},
+                   from, fmt::format("{}", fmt::join(read_format_names(), ", ")));
 }
 
 /// What a volume is that a program reads.
@@ -65,7 +63,7 @@ ReaderOptions options_of(const SourceDescription& source) {
   ReaderOptions options;
   for (const auto& [name, value] :
        {std::pair("series", source.series), {"dataset", source.dataset}, {"grid", source.vdb_grid}})
-    if (!value.empty()) options.emplace(name, value);
+    if (value) options.emplace(name, *value);
   if (source.gaps_ok) options.emplace("gaps-ok", "yes");
   return options;
 }
@@ -114,7 +112,7 @@ std::string advice_of_header_beside(const std::string& path) {
       FileBytes file(header);
       const std::string_view beginning = file.peek(most_bytes_of_others);
       if (const OtherFormat* other = other_format_of(beginning, header))
-        return fmt::format("{} next to it {}", header, text_of(about_other_format(*other, beginning, {})));
+        return fmt::format("{} next to it {}", header, about_other_format(*other, beginning, {}).text);
       continue;
     }
     try {
@@ -147,25 +145,18 @@ std::string contradicts_its_name(const std::string& path) {
   return "";
 }
 
-/// "scan.npy: is a NumPy array; ..."
-Sentence with_name(const std::string& name, Sentence sentence) {
-  sentence.text = "{}: " + sentence.text;
-  sentence.terms.insert(sentence.terms.begin(), name);
-  return sentence;
-}
-
 BrokenInput no_volume(FileBytes& file, const std::string& path) {
   const std::string_view beginning = file.peek(most_bytes_of_others);
   if (beginning.empty()) return BrokenInput(file.name() + ": is empty, so it is not a volume");
   if (const std::string advice = advice_of_header_beside(path); !advice.empty())
-    return BrokenInput(fmt::format("{}: has no header of its own; {}", file.name(), advice));
+    return BrokenInput("{}: has no header of its own; {}", file.name(), advice);
   // Users know that a .nii.gz file is a gzip file.
   const bool says_gzip = lower_case(path).ends_with(".nii.gz");
   if (const OtherFormat* other = says_gzip ? nullptr : other_format_of(beginning, path))
-    return BrokenInput(with_name(file.name(), about_other_format(*other, beginning, file.size())),
-                       other->problem);
+    return BrokenInput(Sentence("{}: {}", file.name(), about_other_format(*other, beginning, file.size())),
+                       {.problem = other->problem, .subject = file.name()});
   if (const std::string contradiction = contradicts_its_name(path); !contradiction.empty())
-    return BrokenInput(fmt::format("{}: {}", file.name(), contradiction));
+    return BrokenInput("{}: {}", file.name(), contradiction);
   if (const std::string ending = lower_case(fs::path(plain_name(path)).extension().string());
       ending == ".img")
     return BrokenInput(
@@ -204,7 +195,7 @@ const Format* recognized(FileBytes& file) {
 }
 
 Way way_of_file(FileBytes& file, const std::string& path, const SourceDescription& source) {
-  if (!source.from.empty()) return way_named(source.from, file.name());
+  if (source.from) return way_named(*source.from, file.name());
   const bool is_described = source.raw && source.raw->offset > 0;
   if (const Format* format = is_described ? nullptr : recognized(file)) return way_of(*format, file.name());
   if (source.raw) return {&format_named("raw"), ""};
@@ -219,34 +210,32 @@ Way way_of_file(FileBytes& file, const std::string& path, const SourceDescriptio
 void require_name_for_all(const std::string& path, const Way& way) {
   const bool is_own = path == "/dev/stdin" || path.starts_with("/dev/fd/") || path.starts_with("/proc/self/");
   if (is_own)
-    throw UsageError(fmt::format(
+    throw UsageError(
         "{}: is {}, which a separate program reads; to that program, this name means something else; give "
         "the name of the file itself",
-        path, in_words(way)));
+        path, in_words(way));
 }
 
 std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDescription& source) try {
   auto file = std::make_unique<FileBytes>(path);
   const Way way = way_of_file(*file, path, source);
-  if (!source.vdb_grid.empty() && (way.format == nullptr || !way.format->has_grids))
+  if (source.vdb_grid && (way.format == nullptr || !way.format->has_grids))
     throw UsageError(file->name() + ": is not an OpenVDB file", Problem::not_openvdb);
   if (way.program.empty()) {
     if (way.format->name == "raw" && !source.raw)
-      throw UsageError(
-          Sentence{"{}: samples without a header need {} and {}",
-                   {file->name(), Setting{"dims", "their size"}, Setting{"type", "their type"}}});
-    if ((!source.series.empty() && !way.format->reads.has_series) || !source.dataset.empty())
-      throw UsageError(Sentence{"{}: is one volume; leave out {}",
-                                {file->name(), source.dataset.empty() ? Setting{"series", "the series"}
-                                                                      : Setting{"dataset", "the data set"}}});
+      throw UsageError("{}: samples without a header need {} and {}", file->name(),
+                       Setting{"dims", "their size"}, Setting{"type", "their type"});
+    if ((source.series && !way.format->reads.has_series) || source.dataset)
+      throw UsageError("{}: is one volume; leave out {}", file->name(),
+                       source.dataset ? Setting{"dataset", "the data set"} : Setting{"series", "the series"});
     if (!source.raw || way.format->reads.takes_description)
       return way.format->reads.open(std::move(file), path, source);
   }
   if (source.raw)
     throw UsageError(fmt::format("{}: is {}", file->name(), in_words(way)), Problem::describes_itself);
   if (path == "-" || !file->size())
-    throw UsageError(fmt::format("{}: is {}, which can only be read from a file; save it to one first",
-                                 file->name(), in_words(way)));
+    throw UsageError("{}: is {}, which can only be read from a file; save it to one first", file->name(),
+                     in_words(way));
   require_name_for_all(path, way);
   file.reset();
   return open_way(way, path, source);
@@ -254,11 +243,9 @@ std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDes
   const OtherFormat* other = other_format_of(wrong.beginning, path);
   if (other == nullptr) throw;
   const auto status = source.raw ? status_of(path) : std::nullopt;
-  Sentence sentence =
+  const Sentence about =
       about_other_format(*other, wrong.beginning, status ? std::optional(status->size) : std::nullopt);
-  sentence.text = "{}; it " + sentence.text;
-  sentence.terms.insert(sentence.terms.begin(), wrong.what());
-  throw BrokenInput(sentence, other->problem);
+  throw BrokenInput(Sentence("{}; it {}", wrong.what(), about), other->problem);
 }
 
 bool has_folders(const std::string& folder) {
@@ -271,8 +258,8 @@ bool has_folders(const std::string& folder) {
 
 BrokenInput no_files_in(const std::string& folder) {
   if (!has_folders(folder)) return BrokenInput(folder + ": is an empty directory");
-  return BrokenInput(Sentence{"{}: has no files, only directories; {} lists the volumes in them",
-                              {folder, Setting{"find", "a search"}}});
+  return BrokenInput(folder + ": has no files, only directories",
+                     {.problem = Problem::volumes_below, .subject = folder});
 }
 
 /// The error for a directory whose first files are not slices. `first` is one of them.
@@ -282,24 +269,24 @@ BrokenInput no_slices_in(const std::string& folder, const std::string& first) {
     const std::string_view beginning = file.peek(most_bytes_of_others);
     if (const OtherFormat* other = other_format_of(beginning, first);
         other && other->problem == Problem::none)
-      return BrokenInput(
-          Sentence{"{}: is a directory, and {} in it {}; {}; {} lists the volumes in the directory",
-                   {folder, fs::path(first).filename().string(), other->what, other->advice,
-                    Setting{"find", "a search"}}});
+      return BrokenInput(Sentence("{}: is a directory, and {} in it {}; {}", folder,
+                                  fs::path(first).filename().string(), other->what, other->advice),
+                         {.problem = Problem::volumes_below, .subject = folder});
   }
   std::string known;
   for (const Format& format : formats())
     if (format.reads.has_folders) known += fmt::format("{}{}", known.empty() ? "" : " or ", format.help);
   return BrokenInput(
-      Sentence{"{}: is a directory, but its first files are not slices of {}; give a file or a directory of "
-               "slices; {} lists the volumes in it",
-               {folder, known, Setting{"find", "a search"}}});
+      Sentence("{}: is a directory, but its first files are not slices of {}; give a file or a directory of "
+               "slices",
+               folder, known),
+      {.problem = Problem::volumes_below, .subject = folder});
 }
 
 /// The format of which a directory holds files. Looks into the first ones only, as there may be very many.
 Way way_of_folder(const std::string& folder, const SourceDescription& source) {
   constexpr std::size_t most_looks = 100;
-  if (!source.from.empty()) return way_named(source.from, folder);
+  if (source.from) return way_named(*source.from, folder);
   if (const Format* format = format_of_folder(folder)) return way_of(*format, folder);
   std::vector<std::string> files = visible_files(folder);
   if (files.empty()) throw no_files_in(folder);
@@ -326,14 +313,13 @@ std::unique_ptr<VolumeSource> open_folder(const std::string& folder, const Sourc
   if (source.raw) return open_raw_directory(folder, source);
   const Way way = way_of_folder(folder, source);
   if (way.program.empty() && way.format->reads.open_folder != nullptr) {
-    if (!source.dataset.empty())
-      throw UsageError(
-          Sentence{"{}: is one volume; leave out {}", {folder, Setting{"dataset", "the data set"}}});
+    if (source.dataset)
+      throw UsageError("{}: is one volume; leave out {}", folder, Setting{"dataset", "the data set"});
     return way.format->reads.open_folder(folder, source);
   }
   if (way.program.empty() ||
       (way.format != nullptr && !way.format->reads.has_folders && way.format->reads.is_folder == nullptr))
-    throw UsageError(fmt::format("{}: is a directory, not {}", folder, way.format->what));
+    throw UsageError("{}: is a directory, not {}", folder, way.format->what);
   require_name_for_all(folder, way);
   return open_way(way, folder, source);
 }
@@ -344,19 +330,17 @@ std::unique_ptr<VolumeSource> open_one(const std::string& path, const SourceDesc
 
 /// All volumes of a file. Readers that give one at a time list them.
 std::unique_ptr<VolumeSource> open_all(const std::string& path, SourceDescription source) {
-  source.series.clear();
+  source.series.reset();
   source.all_volumes = true;
   if (is_folder(path) && format_of_folder(path) == nullptr)
-    throw UsageError(Sentence{"{}: is a directory, whose volumes are files of their own; choose one with {}",
-                              {path, Setting{"series", "its name"}}});
+    throw UsageError("{}: is a directory, whose volumes are files of their own; choose one with {}", path,
+                     Setting{"series", "its name"});
   try {
     return open_one(path, source);
   } catch (const UsageError& error) {
     std::vector<std::string> names;
     for (const Choice& choice : error.detail().choices) names.push_back(choice.name);
-    const bool are_series = std::ranges::any_of(error.detail().sentence.terms,
-                                                [](const Term& term) { return term.setting == "series"; });
-    if (!are_series || names.size() < 2 || names.size() > most_volumes) throw;
+    if (error.detail().option != "series" || names.size() < 2 || names.size() > most_volumes) throw;
     return all_volumes(path, names, [path, source](const std::string& name) {
       SourceDescription one = source;
       one.series = name;
@@ -420,9 +404,8 @@ std::unique_ptr<VolumeSource> open_raw_directory(const std::string& folder, cons
   NumberedFiles files = chosen_series(folder, visible_files(folder), source);
   const auto count = static_cast<std::int64_t>(files.paths.size());
   if (!sample_bytes(raw.dims, raw.type) || raw.dims.z % count != 0)
-    throw BrokenInput(fmt::format("{}: {} files cannot have equal parts of {}{}", folder, count,
-                                  described(raw.dims, raw.type),
-                                  files.gap ? "; " + gap_in_words(files) : ""));
+    throw BrokenInput("{}: {} files cannot have equal parts of {}{}", folder, count,
+                      described(raw.dims, raw.type), files.gap ? "; " + gap_in_words(files) : "");
   // Checked last: if the parts are unequal, accepting gaps does not help.
   require_no_gap(folder, files, source);
   const std::int64_t slices = raw.dims.z / count;
@@ -432,8 +415,8 @@ std::unique_ptr<VolumeSource> open_raw_directory(const std::string& folder, cons
     const auto status = status_of(files.paths[i]);
     const std::uint64_t wanted = raw.offset + slice * static_cast<std::uint64_t>(slices);
     if (status && status->size != wanted)
-      throw BrokenInput(fmt::format("{}: has {} bytes, but {} are expected ({} of {} slices)", files.paths[i],
-                                    status->size, wanted, slices, described(raw.dims, raw.type)));
+      throw BrokenInput("{}: has {} bytes, but {} are expected ({} of {} slices)", files.paths[i],
+                        status->size, wanted, slices, described(raw.dims, raw.type));
     runs.push_back({i, raw.offset, slices, slice, raw.big_endian.value_or(false)});
   }
   std::vector<std::string> warnings;

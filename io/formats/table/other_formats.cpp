@@ -275,23 +275,23 @@ const OtherFormat* other_format_of(std::string_view beginning, const std::string
 
 Sentence about_other_format(const OtherFormat& format, std::string_view beginning,
                             std::optional<std::uint64_t> size) {
-  Sentence sentence{"{}", {format.what}};
-  if (!format.advice.empty()) {
-    sentence.text += "; {}";
-    sentence.terms.emplace_back(format.advice);
-  }
+  Sentence sentence = std::string(format.what);
+  if (!format.advice.empty()) sentence = {"{}; {}", format.what, format.advice};
   const auto layout = format.layout == nullptr ? std::nullopt : format.layout(beginning);
   if (!layout || size != layout->offset + *sample_bytes(layout->dims, layout->type)) return sentence;
-  sentence.text += "; or describe its samples: {} {} {} {} {} {}";
   const Index3& dims = layout->dims;
-  for (Term term : {Term(Setting{"dims", "size"}), Term(fmt::format("{},{},{}", dims.x, dims.y, dims.z)),
-                    Term(Setting{"type", "type"}), Term(name_of(layout->type)),
-                    Term(Setting{"offset", "offset"}), Term(layout->offset)})
-    sentence.terms.push_back(std::move(term));
-  if (size_of(layout->type) > 1 && layout->big_endian.value_or(false)) {
-    sentence.text += " {} big";
-    sentence.terms.emplace_back(Setting{"endian", "byte order"});
-  }
+  sentence = {"{}; or describe its samples: {} {},{},{} {} {} {} {}",
+              sentence,
+              Setting{"dims", "size"},
+              dims.x,
+              dims.y,
+              dims.z,
+              Setting{"type", "type"},
+              name_of(layout->type),
+              Setting{"offset", "offset"},
+              layout->offset};
+  if (size_of(layout->type) > 1 && layout->big_endian.value_or(false))
+    sentence = {"{} {} big", sentence, Setting{"endian", "byte order"}};
   return sentence;
 }
 

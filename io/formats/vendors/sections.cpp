@@ -1,7 +1,5 @@
 #include "io/formats/vendors/sections.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "io/errors/errors.h"
@@ -74,8 +72,7 @@ const std::string& required(const Sections& sections, const std::string& key, co
   const auto found = sections.find(key);
   if (found != sections.end() && !found->second.empty()) return found->second;
   const std::size_t slash = key.find('/');
-  throw BrokenInput(
-      fmt::format("{}: {} is missing in section [{}]", file, key.substr(slash + 1), key.substr(0, slash)));
+  throw BrokenInput("{}: {} is missing in section [{}]", file, key.substr(slash + 1), key.substr(0, slash));
 }
 
 }  // namespace tagrid

@@ -50,13 +50,13 @@ struct TextDescription {
 
 std::int64_t integer_of(const std::string& file, std::string_view name, std::string_view text) {
   const auto number = whole_number_of(text);
-  if (!number) throw BrokenInput(fmt::format("{}: {} {} must be a whole number", file, name, quoted(text)));
+  if (!number) throw BrokenInput("{}: {} {} must be a whole number", file, name, quoted(text));
   return *number;
 }
 
 void require_size(const std::string& file, const Index3& dims, SampleType type) {
   if (!sample_bytes(dims, type) || !is_volume_size(dims))
-    throw BrokenInput(fmt::format("{}: a volume cannot have {} samples", file, described(dims, type)));
+    throw BrokenInput("{}: a volume cannot have {} samples", file, described(dims, type));
 }
 
 KeyValues pairs_of(const Sections& sections, const std::string& prefix) {
@@ -87,8 +87,8 @@ SampleType type_of_vgi(const std::string& file, const Sections& sections) {
                      : kind == "signed integer" || kind == "integer" ? "int"
                                                                      : "unknown";
   if (const auto type = sample_type_named(fmt::format("{}{}", name, bits))) return *type;
-  throw BrokenInput(fmt::format("{}: samples of type {} with {} bits are not supported", file,
-                                quoted(std::string_view(kind)), bits));
+  throw BrokenInput("{}: samples of type {} with {} bits are not supported", file,
+                    quoted(std::string_view(kind)), bits);
 }
 
 /// What the description of a volume says about its samples, and this reader does not apply.
@@ -144,8 +144,7 @@ void refuse_what_changes_samples(const std::string& name, const Sections& sectio
     const bool is_order = key.find("endian") != key.npos || key.find("byteorder") != key.npos;
     if ((is_order && lower_case(value).find("little") == value.npos) ||
         (key.find("compress") != key.npos && value != "0" && lower_case(value) != "none"))
-      throw BrokenInput(
-          fmt::format("{}: {} {} is not supported", name, key, quoted(std::string_view(value))));
+      throw BrokenInput("{}: {} {} is not supported", name, key, quoted(std::string_view(value)));
   }
 }
 
@@ -159,19 +158,19 @@ TextDescription describe_vgi(FileBytes& file, const std::string& path) {
   const std::string size = required(sections, "file1/size", name);
   const auto words = words_of(size);
   if (words.size() != 3)
-    throw BrokenInput(fmt::format("{}: Size {} must be 3 numbers", name, quoted(std::string_view(size))));
+    throw BrokenInput("{}: Size {} must be 3 numbers", name, quoted(std::string_view(size)));
   const Index3 dims{integer_of(name, "Size", words[0]), integer_of(name, "Size", words[1]),
                     integer_of(name, "Size", words[2])};
   const SampleType type = type_of_vgi(name, sections);
   require_size(name, dims, type);
   if (const auto format = sections.find("file1/fileformat");
       format != sections.end() && lower_case(format->second) != "raw")
-    throw BrokenInput(fmt::format("{}: samples in the format {} are not supported", name,
-                                  quoted(std::string_view(format->second))));
+    throw BrokenInput("{}: samples in the format {} are not supported", name,
+                      quoted(std::string_view(format->second)));
   std::uint64_t offset = 0;
   if (const auto skip = sections.find("file1/skipheader"); skip != sections.end() && !skip->second.empty()) {
     const std::int64_t bytes = integer_of(name, "SkipHeader", skip->second);
-    if (bytes < 0) throw BrokenInput(fmt::format("{}: SkipHeader is {}", name, bytes));
+    if (bytes < 0) throw BrokenInput("{}: SkipHeader is {}", name, bytes);
     offset = static_cast<std::uint64_t>(bytes);
   }
   TextDescription result{.path = path, .dims = dims, .type = type, .offset = offset};
@@ -312,9 +311,8 @@ void compare(const TextDescription& own, const TextDescription& other, SourceFac
 SampleType type_by_size(const TextDescription& own, const FileBytes& data) {
   for (const SampleType one : {SampleType::uint8, SampleType::uint16, SampleType::float32})
     if (sample_bytes(own.dims, one) == data.size()) return one;
-  throw BrokenInput(
-      fmt::format("{}: has {} bytes, but {} x {} x {} samples of 1, 2 or 4 bytes are expected ({})",
-                  data.name(), data.size().value_or(0), own.dims.x, own.dims.y, own.dims.z, own.path));
+  throw BrokenInput("{}: has {} bytes, but {} x {} x {} samples of 1, 2 or 4 bytes are expected ({})",
+                    data.name(), data.size().value_or(0), own.dims.x, own.dims.y, own.dims.z, own.path);
 }
 
 std::unique_ptr<VolumeSource> open_described(const Kind& kind, const Kind& other_kind,
@@ -398,7 +396,7 @@ TextDescription describe_pyhst(FileBytes& file, const std::string& path) {
   const std::string text = read_description(file);
   const auto count = [&](const char* field) {
     const auto value = line_of(text, field);
-    if (!value) throw BrokenInput(fmt::format("{}: {} is missing", name, field));
+    if (!value) throw BrokenInput("{}: {} is missing", name, field);
     return integer_of(name, field, *value);
   };
   const Index3 dims{count("NUM_X"), count("NUM_Y"), count("NUM_Z")};
@@ -410,15 +408,14 @@ TextDescription describe_pyhst(FileBytes& file, const std::string& path) {
                          .dims = dims};
   if (const auto type = line_of(text, "DATA_TYPE")) {
     result.type = sample_type_named(lower_case(*type) == "float" ? "float32" : lower_case(*type));
-    if (!result.type)
-      throw BrokenInput(fmt::format("{}: samples of type {} are not supported", name, quoted(*type)));
+    if (!result.type) throw BrokenInput("{}: samples of type {} are not supported", name, quoted(*type));
     require_size(name, dims, *result.type);
   }
   const std::string order = lower_case(line_of(text, "BYTEORDER").value_or(""));
   result.big_endian = order == "highbytefirst";
   if (!result.big_endian && !order.empty() && order != "lowbytefirst")
-    throw BrokenInput(fmt::format("{}: BYTEORDER {} must be LOWBYTEFIRST or HIGHBYTEFIRST", name,
-                                  quoted(std::string_view(order))));
+    throw BrokenInput("{}: BYTEORDER {} must be LOWBYTEFIRST or HIGHBYTEFIRST", name,
+                      quoted(std::string_view(order)));
   const ForeignNumber size = foreign_number(line_of(text, "voxelSize"));
   set_spacing({size, size, size}, {name + ": voxelSize"}, NegativeSpacing::is_unknown, result.geometry,
               result.warnings);
@@ -485,12 +482,11 @@ std::unique_ptr<VolumeSource> open_isq(std::unique_ptr<FileBytes> file, const st
   };
   const Index3 dims{number(44), number(48), number(52)};
   if (number(16) != 3)
-    throw BrokenInput(fmt::format("{}: samples of type {} are not supported, only those of type 3 (16 bits)",
-                                  name, number(16)));
+    throw BrokenInput("{}: samples of type {} are not supported, only those of type 3 (16 bits)", name,
+                      number(16));
   if (!sample_bytes(dims, SampleType::int16) || !is_volume_size(dims))
-    throw BrokenInput(
-        fmt::format("{}: a volume cannot have {} samples", name, described(dims, SampleType::int16)));
-  if (number(508) < 0) throw BrokenInput(fmt::format("{}: its samples begin in block {}", name, number(508)));
+    throw BrokenInput("{}: a volume cannot have {} samples", name, described(dims, SampleType::int16));
+  if (number(508) < 0) throw BrokenInput("{}: its samples begin in block {}", name, number(508));
   const std::uint64_t offset = (static_cast<std::uint64_t>(number(508)) + 1) * block;
 
   SourceFacts facts;

@@ -22,7 +22,7 @@ namespace {
 
 [[noreturn]] void refuse(const std::string& file, const char* name, std::string_view value,
                          std::string_view why) {
-  throw BrokenInput(fmt::format("{}: {} {}: {}", file, name, quoted(value), why));
+  throw BrokenInput("{}: {} {}: {}", file, name, quoted(value), why);
 }
 
 void require(const std::string& file, const TextFields& fields, const char* name, std::string_view value) {
@@ -108,8 +108,8 @@ std::unique_ptr<VolumeSource> open_vff(std::unique_ptr<FileBytes> file, const st
   const std::string_view beginning = file->peek(FileBytes::peek_limit);
   const std::size_t end = beginning.find("\f\n");
   if (end == beginning.npos)
-    throw BrokenInput(fmt::format("{}: its header does not end within {} bytes", name,
-                                  std::min(beginning.size(), FileBytes::peek_limit)));
+    throw BrokenInput("{}: its header does not end within {} bytes", name,
+                      std::min(beginning.size(), FileBytes::peek_limit));
   const TextFields fields =
       fields_between_semicolons(beginning.substr(vff_magic.size(), end - vff_magic.size()));
   require(name, fields, "rank", "3");
@@ -121,7 +121,7 @@ std::unique_ptr<VolumeSource> open_vff(std::unique_ptr<FileBytes> file, const st
   const Index3 dims = dims_of(name, fields);
   const SampleType type = type_of(name, fields, facts);
   if (!sample_bytes(dims, type) || !is_volume_size(dims))
-    throw BrokenInput(fmt::format("{}: a volume cannot have {} samples", name, described(dims, type)));
+    throw BrokenInput("{}: a volume cannot have {} samples", name, described(dims, type));
   const Geometry geometry = geometry_of(name, fields, facts);
   facts.rescale = rescale_of(name, fields, facts);
   KeyValues pairs;

@@ -156,7 +156,7 @@ class ZarrSink final : public VolumeSink {
       : VolumeSink(info),
         levels_of_means_(facts.levels),
         container_(create_zarr_container(path, options)),
-        layer_(options.spool.empty() ? SpoolFile::beside(path) : SpoolFile::in(options.spool, path)) {
+        layer_(options.spool ? SpoolFile::in(*options.spool, path) : SpoolFile::beside(path)) {
     const std::string plain = path.substr(0, path.find_last_not_of('/') + 1);
     const std::string name = plain.substr(plain.rfind('/') + 1);
     container_->add("zarr.json", zarr_group(info, facts, name.substr(0, name.find('.', 1))));

@@ -74,9 +74,9 @@ PendingWave begin_in_lanes(std::span<const T> samples, const VoxelBrick& brick, 
                            std::span<T> reconstruction) {
   WaveBrick wave = wave_brick(brick);
   wave.parameters = parameters;
-  return begin_wave(wave, {samples.data(), read_row<T>},
-                    {reconstruction.data(), write_row<T>, brick.owned.size().z},
-                    [&](RansEncoder& coder) { code_parameters<T>(coder, parameters); });
+  return begin_wave(
+      wave, {samples.data(), read_row<T>}, {reconstruction.data(), write_row<T>, brick.owned.size().z},
+      [](RansEncoder& coder, VoxelParameters of_brick) { code_parameters<T>(coder, of_brick); });
 }
 
 /// `may_be_few`: whether samples may be written as numbers.
@@ -192,7 +192,8 @@ Status decode_as_it_is(std::span<const std::uint8_t> bytes, const VoxelBrick& br
     WaveBrick wave = wave_brick(brick);
     return read_wave(
         bytes, wave, {samples.data(), write_row<T>, slices},
-        [&](RansDecoder& coder) { return code_parameters<T>(coder, wave.parameters); }, carried);
+        [](RansDecoder& coder, VoxelParameters& of_brick) { return code_parameters<T>(coder, of_brick); },
+        carried);
   }
   return decode_brick_values(bytes, count, samples, [&](RansDecoder& coder) {
     VoxelParameters parameters;

@@ -55,10 +55,10 @@ bool take_part(std::span<const std::uint8_t>& bytes, std::span<const std::uint8_
 }  // namespace
 
 PendingWave begin_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruction,
-                       const std::function<void(RansEncoder&)>& parameters) {
+                       void (*code_parameters)(RansEncoder&, VoxelParameters)) {
   PendingWave wave{{}, encode_wave(brick, samples, reconstruction)};
   RansEncoder coder(wave.head);
-  parameters(coder);
+  code_parameters(coder, brick.parameters);
   code_quiet_rows(coder, Schedule(brick.size), wave.symbols.buffers.quiet);
   coder.finish();
   return wave;
@@ -87,7 +87,8 @@ std::size_t append_wave(PendingWave wave, std::span<const std::uint8_t> to_carry
 }
 
 Status read_wave(std::span<const std::uint8_t> bytes, WaveBrick& brick, RowWriter samples,
-                 const std::function<bool(RansDecoder&)>& parameters, std::vector<std::uint8_t>& carried) {
+                 bool (*decode_parameters)(RansDecoder&, VoxelParameters&),
+                 std::vector<std::uint8_t>& carried) {
   const std::uint8_t kind = bytes[0];
   const bool single = kind == one_state || kind == one_that_carries,
              carries = kind == one_that_carries || kind == many_that_carry;
@@ -100,7 +101,7 @@ Status read_wave(std::span<const std::uint8_t> bytes, WaveBrick& brick, RowWrite
   if (!take_part(bytes, head) || !take_part(bytes, code.bits)) return Status::broken("values end too soon");
   code.words = bytes;
   RansDecoder coder(head);
-  if (!parameters(coder)) return Status::broken("values with impossible parameters");
+  if (!decode_parameters(coder, brick.parameters)) return Status::broken("values with impossible parameters");
   const Schedule schedule(brick.size);
   for (auto& half : code.quiet) half.assign(static_cast<std::size_t>(schedule.all_groups), 0xffff);
   code_quiet_rows(coder, schedule, code.quiet);

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -20,20 +19,21 @@ struct PendingWave {
   WaveSymbols symbols;
 };
 
-/// Encodes the brick; then its reconstruction is complete. `parameters` codes those of the brick.
+/// Encodes the brick; then its reconstruction is complete. `code_parameters` codes those of the brick.
 PendingWave begin_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruction,
-                       const std::function<void(RansEncoder&)>& parameters);
+                       void (*code_parameters)(RansEncoder&, VoxelParameters));
 
 /// Appends the bytes of the brick, whose states carry the first bytes of `to_carry`. Returns how many: none
 /// if there are fewer than the states have room for.
 std::size_t append_wave(PendingWave wave, std::span<const std::uint8_t> to_carry,
                         std::vector<std::uint8_t>& out);
 
-/// Decodes what append_wave() appended. Safe on any bytes. `parameters` decodes those of the brick, and
+/// Decodes what append_wave() appended. Safe on any bytes. `decode_parameters` decodes those of the brick, and
 /// returns false if the encoder could not have written them. The bytes that were carried are appended to
 /// `carried`.
 Status read_wave(std::span<const std::uint8_t> bytes, WaveBrick& brick, RowWriter samples,
-                 const std::function<bool(RansDecoder&)>& parameters, std::vector<std::uint8_t>& carried);
+                 bool (*decode_parameters)(RansDecoder&, VoxelParameters&),
+                 std::vector<std::uint8_t>& carried);
 
 /// The peak of the heap that these take for a brick of this size, with the bytes that are appended.
 std::uint64_t working_bytes_of_encoding_wave(SampleType type, Index3 size);

@@ -93,7 +93,7 @@ TEST_F(Envelope, OtherBytesAndSamplesAreAllBytesOfTheFiles) {
     const SourceFacts facts = random_source(dims, type);
     const auto source = placed_samples(facts, facts.places);
     const SourceFiles files = source_files(source->facts());
-    ASSERT_EQ(files.why_not, "");
+    ASSERT_EQ(files.why_not, std::nullopt);
     Content samples(*sample_bytes(dims, type));
     source->read_slices(samples.data(), dims.z);
     const std::uint64_t slice = source->slice_bytes();
@@ -143,7 +143,7 @@ TEST_F(Envelope, AFormThatIsNotTheFileComesBackChangedWhateverItSays) {
     form.places = {{.file = 0, .offset = 2, .step = 6}};
     facts.plain_form = [&] { return form; };
     const SourceFiles source = source_files(facts);
-    EXPECT_EQ(source.why_not, "");
+    EXPECT_EQ(source.why_not, std::nullopt);
     EXPECT_NE(source.why_not_restorable(), "");
     EXPECT_TRUE(source.files.front().is_changed);
     for (const bool exact : {true, false}) {
@@ -175,7 +175,7 @@ TEST_F(Envelope, APlainFormIsKeptInsteadOfCompressedFiles) {
   form.places = {{.file = 0, .offset = 10, .step = 6}, {.file = 0, .offset = 4, .step = 6}};
   facts.plain_form = [&] { return form; };
   const SourceFiles source = source_files(facts);
-  EXPECT_EQ(source.why_not, "");
+  EXPECT_EQ(source.why_not, std::nullopt);
   EXPECT_TRUE(has(source.why_not_restorable(), "packing"));
   for (const bool exact : {true, false}) {
     const Content content = written(source, exact);
@@ -201,7 +201,7 @@ TEST_F(Envelope, APlainFormIsKeptInsteadOfCompressedFiles) {
   }
   // Samples that have no place cannot come from anywhere.
   form.files[0].pieces[1] = PlainPiece::samples(13);
-  EXPECT_TRUE(has(source_files(facts).why_not, "samples of other volumes"));
+  EXPECT_TRUE(has(source_files(facts).why_not.value_or(""), "samples of other volumes"));
   form.why_not = "for no reason";
   EXPECT_EQ(source_files(facts).why_not, "for no reason");
 }
@@ -280,19 +280,19 @@ TEST_F(Envelope, SamplesBeyondTheBitsBecomeTheNearest) {
 
 TEST_F(Envelope, WhatCannotComeBackIsNotKept) {
   SourceFacts facts = random_source({9, 9, 4}, SampleType::uint16);
-  EXPECT_EQ(source_files(facts).why_not, "");
+  EXPECT_EQ(source_files(facts).why_not, std::nullopt);
   SourceFacts other = facts;
   other.places.clear();
-  EXPECT_TRUE(has(source_files(other).why_not, "compressed"));
+  EXPECT_TRUE(has(source_files(other).why_not.value_or(""), "compressed"));
   other = facts;
   other.places.back() = other.places.front();
   other.places.back().slices = facts.places.back().slices;
-  EXPECT_TRUE(has(source_files(other).why_not, "at the same place"));
+  EXPECT_TRUE(has(source_files(other).why_not.value_or(""), "at the same place"));
   other = facts;
   other.files.back() = "-";
-  EXPECT_TRUE(has(source_files(other).why_not, "pipe"));
+  EXPECT_TRUE(has(source_files(other).why_not.value_or(""), "pipe"));
   std::filesystem::resize_file(facts.files.back(), 300'000);
-  EXPECT_TRUE(has(source_files(facts).why_not, "bytes besides these samples"));
+  EXPECT_TRUE(has(source_files(facts).why_not.value_or(""), "bytes besides these samples"));
 }
 
 // The bytes of plain forms: those of a compressed stream count only if its end says that all of them were right.

@@ -52,9 +52,9 @@ TEST(ErrorKinds, WhatIsThrownAgainIsOfTheSameKind) {
 
 TEST(ErrorKinds, CodeAndValuesAreThrownAgain) {
   const SortedError refused = sorted(UsageError(
-      Sentence{"{} {}: is a {}", {Setting{"level", "the level"}, 0.5, "fraction"}}, Problem::output_exists));
+      Sentence("{} {}: is a {}", Setting{"level", "the level"}, 0.5, "fraction"), Problem::output_exists));
   EXPECT_EQ(refused.message, "the level 0.5: is a fraction");
-  EXPECT_EQ(text_of(refused.detail.sentence, "--"), "--level 0.5: is a fraction");
+  EXPECT_EQ(refused.detail.with_options, "--level 0.5: is a fraction");
   const SortedError broken = sorted(BrokenInput("a.gz: is compressed", Problem::compressed_file));
   const SortedError world = sorted(WorldError("x", Problem::no_known_format));
   for (const SortedError& error : {refused, broken, world}) {
@@ -69,20 +69,28 @@ TEST(ErrorKinds, CodeAndValuesAreThrownAgain) {
 
 TEST(ErrorKinds, ALimitOnMemoryIsThrownAgainAsOneWithItsNumbers) {
   try {
-    throw_sorted(sorted(MemoryLimit("encoding", 7, 3'000'000'001, 5)));
+    throw_sorted(sorted(MemoryLimit("encoding", {.needed = 3'000'000'001, .allowed = 7, .with_spool = 5})));
   } catch (const MemoryLimit& again) {
-    EXPECT_EQ(again.needed(), 3'000'000'001U);
-    EXPECT_EQ(again.needed_with_spool(), 5U);
+    EXPECT_EQ(again.needs().needed, 3'000'000'001U);
+    EXPECT_EQ(again.needs().with_spool, 5U);
   }
   try {
-    throw_sorted(sorted(MemoryLimit("encoding", 7, 8, {})));
+    throw_sorted(sorted(MemoryLimit("encoding", {.needed = 8, .allowed = 7})));
   } catch (const MemoryLimit& again) {
-    EXPECT_FALSE(again.needed_with_spool());
+    EXPECT_FALSE(again.needs().with_spool);
   }
 }
 
+TEST(ErrorKinds, AnErrorHasTheOptionsOfASentenceInItsSentence) {
+  const Setting level{"level", "the level"};
+  const UsageError error("a.tag: {}; give {} {}", Sentence("{} is {}", level, 7), level, 3);
+  EXPECT_STREQ(error.what(), "a.tag: the level is 7; give the level 3");
+  EXPECT_EQ(error.detail().with_options, "a.tag: --level is 7; give --level 3");
+  EXPECT_EQ(UsageError("{} is {}", "it", 7).detail().with_options, std::nullopt);
+}
+
 TEST(ErrorKinds, TextInASentenceIsTakenAsItIs) {
-  EXPECT_EQ(text_of({"{}: is no {}", {"a{0}{b.raw", "{}"}}), "a{0}{b.raw: is no {}");
+  EXPECT_EQ(Sentence("{}: is no {}", "a{0}{b.raw", "{}").text, "a{0}{b.raw: is no {}");
 }
 
 }  // namespace

@@ -104,7 +104,8 @@ class Ramp final : public ServedVolume {
 int main() {
   const tagrid::FilesBeside beside = {.may_need = [](auto, auto other) { return other.ends_with(".ramp"); },
                                       .are_listed = true};
-  const auto open = [](const std::string& path, const tagrid::ReaderOptions& options) {
+  const auto open = [](const std::string& path,
+                       const tagrid::ReaderOptions& options) -> std::unique_ptr<tagrid::ServedVolume> {
     const auto series = options.find("series");
     if (series == options.end()) return std::make_unique<tagrid::Ramp>(path);
     const std::vector<tagrid::Choice> list = {{"a", "the first"}, {"b", "the second"}, {"a", "the third"}};

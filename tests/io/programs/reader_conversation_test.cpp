@@ -204,7 +204,7 @@ TEST_F(ReaderConversationTest, ThePlainFormConsistsOfPiecesOfAllFiles) {
   const std::string of_slice_1 = samples + R"("places": [{"first": 1, "offset": 2, "bits": 12}])",
                     of_slice_0 = samples + R"("places": [{"first": 0, "offset": 2}])";
   const PlainForm form = form_of(of_slice_1, of_slice_0);
-  EXPECT_EQ(form.why_not, "");
+  EXPECT_EQ(form.why_not, std::nullopt);
   EXPECT_EQ(form.compression, "RLE");
   ASSERT_EQ(form.files.size(), 2U);
   EXPECT_TRUE(form.files[1].is_changed);

@@ -34,7 +34,7 @@ class Damage : public TemporaryFolder {
                  BrokenInput)
         << what;
     EXPECT_FALSE(std::filesystem::exists(path("out.raw"))) << what;
-    EXPECT_THROW(verify_file(path("b.tag"), "", {}, Resources(1)), BrokenInput) << what;
+    EXPECT_THROW(verify_file(path("b.tag"), std::nullopt, {}, Resources(1)), BrokenInput) << what;
   }
 };
 

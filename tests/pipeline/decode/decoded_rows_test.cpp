@@ -170,7 +170,7 @@ class RowOutputTest : public TemporaryFolder {
   }
 
   /// The samples of a file, written `together` rows at a time.
-  std::string written(std::int64_t together, const std::string& spool) const {
+  std::string written(std::int64_t together, const std::optional<std::string>& spool) const {
     const auto writer = create_volume(format_named("raw"), path("out.raw"), {dims_, SampleType::int16},
                                       {.files = {.overwrite = true}});
     RowOutput output(*writer, spool, "out.raw");
@@ -189,7 +189,7 @@ TEST_F(RowOutputTest, AnyNumberOfRowsAtATimeMakesTheVolumeAtItsPlaceAndThroughAT
   const std::string expected(reinterpret_cast<const char*>(samples_.data()),
                              samples_.size() * sizeof(std::int16_t));
   for (const std::int64_t together : {1, 2, 3, 100}) {
-    EXPECT_TRUE(written(together, "") == expected) << together;
+    EXPECT_TRUE(written(together, std::nullopt) == expected) << together;
     EXPECT_TRUE(written(together, folder_.string()) == expected) << together;
   }
   EXPECT_EQ(names(), std::vector<std::string>{"out.raw"}) << "the temporary has no name";

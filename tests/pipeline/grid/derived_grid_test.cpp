@@ -105,9 +105,9 @@ TYPED_TEST(DerivedGridOfType, IsTheGridOfTheDecodedSamples) {
       for (const std::string& file : {this->derived_, this->implied_})
         EXPECT_EQ(summary_of(file).sizes.activity, 0U);
       EXPECT_EQ(verify_file(this->derived_, this->path("in.nrrd"), {}, Resources(2)).active_points,
-                verify_file(this->stored_, "", {}, Resources(2)).active_points);
-      EXPECT_EQ(verify_file(this->implied_, "", {}, Resources(2)).active_points,
-                verify_file(this->stored_, "", {}, Resources(2)).active_points);
+                verify_file(this->stored_, std::nullopt, {}, Resources(2)).active_points);
+      EXPECT_EQ(verify_file(this->implied_, std::nullopt, {}, Resources(2)).active_points,
+                verify_file(this->stored_, std::nullopt, {}, Resources(2)).active_points);
       for (const bool padded : {false, true})
         for (const int level : {max_level(cube), 4}) {
           const MeshPart part = {level, padded};
@@ -169,7 +169,7 @@ TEST_F(DerivedGridOfFile, VerifyingComparesTheNumbersOfPointsIfThereIsMemory) {
     little.memory = whole.memory - 1;
     whole = plan_verifying(p, little);
   }
-  EXPECT_FALSE(verify_file(implied_, "", {}, little).active_points);
+  EXPECT_FALSE(verify_file(implied_, std::nullopt, {}, little).active_points);
 }
 
 TEST_F(DerivedGridOfFile, TheValuesAreThoseOfAFileThatStoresItsGrid) {
@@ -217,7 +217,7 @@ TEST_F(DerivedGridOfFile, TheFileIsTheSameInStripsAndInPartsOnRanks) {
     EXPECT_EQ(verify_file(
                   ranks, {.input = path("parts.tag"), .original = path("in.nrrd"), .resources = Resources(1)})
                   .active_points,
-              verify_file(stored_, "", {}, Resources(1)).active_points);
+              verify_file(stored_, std::nullopt, {}, Resources(1)).active_points);
     dismiss(ranks, 0);
   });
   EXPECT_TRUE(file_content(path("parts.tag")) == expected);

@@ -67,7 +67,8 @@ TEST_F(Options, ALooserMeshBoundNeverMakesMorePointsActive) {
   for (const double bound : {0.0, 1.0, 5.0, 50.0, 1e6, 1e19}) {
     EncodeOptions options{.mesh_error = bound, .cube_size = 4};
     encode_volume(path("in.nrrd"), {}, path("a.tag"), true, options, Resources(1));
-    const std::uint64_t active = verify_file(path("a.tag"), "", {}, Resources(1)).active_points.value();
+    const std::uint64_t active =
+        verify_file(path("a.tag"), std::nullopt, {}, Resources(1)).active_points.value();
     EXPECT_LE(active, before) << bound;
     before = active;
   }

@@ -13,6 +13,9 @@
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
 #include "io/files/open_source.h"
+#include "pipeline/parts/mesh_parts.h"
+#include "pipeline/parts/work_orders.h"
+#include "tests/support/fake_ranks.h"
 #include "tests/support/material_volumes.h"
 #include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
@@ -440,6 +443,47 @@ TEST_F(MaterialMeshOfFile, IsMirroredLikeTheVolume) {
   for (std::size_t i = 0; i < mesh.points.size(); i += 3) most = std::max(most, mesh.points[i]);
   EXPECT_EQ(most, 7);
   EXPECT_EQ(mesh.mesh().notes.space, "LPS");
+}
+
+TEST_F(MaterialMeshOfFile, IsTheSameForAnyNumberOfRanks) {
+  MaterialVolume volume = balls();
+  MaterialMeshRun run{encoded(volume), 0, path("alone.msh"), options_for(volume), Resources(1), {}};
+  Ranks alone;
+  write_material_mesh(alone, run).commit();
+  run.output = path("ranks.msh");
+  run.options.overwrite = true;
+  for (const int count : {2, 3, 7}) {
+    FakeRanks(count).run([&](Ranks& ranks) {
+      if (ranks.rank() > 0) {
+        serve(
+            ranks, [](std::uint64_t) {}, [](const Bytes&) {});
+        return;
+      }
+      write_material_mesh(ranks, run).commit();
+      dismiss(ranks, 0);
+    });
+    EXPECT_TRUE(content("alone.msh") == content("ranks.msh")) << count;
+  }
+}
+
+TEST_F(MaterialMeshOfFile, ARankThatFailsEndsIt) {
+  MaterialVolume volume = balls();
+  const std::string tag = encoded(volume);
+  // A brick of the file is damaged: only the rank that reads it sees that.
+  std::string bytes = content("v.tag");
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  file("v.tag", bytes);
+  const MaterialMeshRun run{tag, 0, path("ranks.msh"), options_for(volume), Resources(1), {}};
+  FakeRanks(3).run([&](Ranks& ranks) {
+    if (ranks.rank() > 0) {
+      serve(
+          ranks, [](std::uint64_t) {}, [](const Bytes&) {});
+      return;
+    }
+    EXPECT_THROW(write_material_mesh(ranks, run).commit(), BrokenInput);
+    dismiss(ranks, 0);
+  });
+  EXPECT_EQ(names(), (std::vector<std::string>{"v.nrrd", "v.tag"}));
 }
 
 TEST_F(MaterialMeshOfFile, RefusesWhatItCannotMake) {

@@ -32,7 +32,7 @@ CodingParameters parameters_of(Index3 dims, SampleType type, Effort effort, bool
 Resources limited(int threads, std::uint64_t memory, const std::string& spool = "") {
   Resources resources(threads);
   resources.memory = memory;
-  resources.spool = spool;
+  if (!spool.empty()) resources.spool = spool;
   return resources;
 }
 
@@ -41,7 +41,7 @@ std::uint64_t smallest(const std::function<void(std::uint64_t)>& plan) {
   try {
     plan(1);
   } catch (const MemoryLimit& error) {
-    return error.needed();
+    return error.needs().needed;
   }
   ADD_FAILURE() << "one byte was not refused";
   return 0;
@@ -142,8 +142,8 @@ TEST(MemoryPlan, OfAnEncodingThatIsVerifiedNamesALimitThatIsEnoughForBoth) {
       plan_encoding(p, limited(3, 1), false,
                     {.verified = Comparing{{false, 0}, smallest_memory_of_verifying}});
     } catch (const MemoryLimit& error) {
-      if (error.needed_with_spool()) {
-        EXPECT_NO_THROW(plan_encoding(p, limited(3, *error.needed_with_spool(), "/tmp"), false,
+      if (error.needs().with_spool) {
+        EXPECT_NO_THROW(plan_encoding(p, limited(3, *error.needs().with_spool, "/tmp"), false,
                                       {.verified = Comparing{{false, 0}, smallest_memory_of_verifying}}));
       }
     }

@@ -195,7 +195,7 @@ TEST_F(MeshErrorRecord, VerifyMeasuresTheMeshItself) {
   forge(9, reached);
   EXPECT_NO_THROW(verify_file(path("forged.tag"), in_, {}, Resources(1)));
   forge(9, reached - 0.25);
-  EXPECT_NO_THROW(verify_file(path("forged.tag"), "", {}, Resources(1)))
+  EXPECT_NO_THROW(verify_file(path("forged.tag"), std::nullopt, {}, Resources(1)))
       << "nothing is known without the original";
   EXPECT_TRUE(has(complaint(in_), "the recorded errors"));
   forge(3, 2.5);

@@ -171,15 +171,14 @@ TEST(RunRecords, NameTheSettingAndTheInputThatChanged) {
   was.inputs = {{"in.nrrd", 12345, 77, 1, 2, 3, 4, 99}};
   RunRecord now = was;
   now.settings[0].second = "3";
-  EXPECT_EQ(text_of(difference_of(was, now)), "max-error was 2, now 3");
-  EXPECT_EQ(text_of(difference_of(was, now), "--"), "--max-error was 2, now 3");
+  EXPECT_EQ(difference_of(was, now).text, "max-error was 2, now 3");
+  EXPECT_EQ(difference_of(was, now).with_options, "--max-error was 2, now 3");
   now = was;
   now.inputs[0].size = 7;
-  EXPECT_EQ(text_of(difference_of(was, now)),
-            "the input in.nrrd has changed since: it had 12345 bytes, now 7");
+  EXPECT_EQ(difference_of(was, now).text, "the input in.nrrd has changed since: it had 12345 bytes, now 7");
   now = was;
   now.inputs[0].modified = 1'000'000'000;
-  EXPECT_TRUE(has(text_of(difference_of(was, now)), "has changed since: modified 2001-09-"));
+  EXPECT_TRUE(has(difference_of(was, now).text, "has changed since: modified 2001-09-"));
   for (auto member : {&FileIdentity::inode, &FileIdentity::ends_checksum}) {
     now = was;
     ++(now.inputs[0].*member);

@@ -64,9 +64,9 @@ class WorkOrders : public TemporaryFolder {
   }
   VerifyResult verify(Ranks& ranks, const std::string& input, const std::string& original,
                       const Resources& resources = Resources(1)) const {
-    return verify_file(
-        ranks,
-        {.input = path(input), .original = original.empty() ? "" : path(original), .resources = resources});
+    return verify_file(ranks, {.input = path(input),
+                               .original = original.empty() ? std::nullopt : std::optional(path(original)),
+                               .resources = resources});
   }
 
   static constexpr Index3 dims_{50, 41, 60};

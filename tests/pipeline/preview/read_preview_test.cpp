@@ -278,7 +278,7 @@ TEST_F(ReadPreview, ALimitOnMemoryIsKeptOrRefusedWithTheSmallestOne) {
     read_preview(TagBricks(source_), {}, resources, 1000);
     FAIL();
   } catch (const MemoryLimit& limit) {
-    resources.memory = limit.needed();
+    resources.memory = limit.needs().needed;
   }
   EXPECT_EQ(read_preview(TagBricks(source_), {}, resources, 1000).memory, *resources.memory);
   EXPECT_THROW(read_preview(TagBricks(source_), {}, resources, 1001), MemoryLimit);

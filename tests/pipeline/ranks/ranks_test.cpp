@@ -106,22 +106,23 @@ TEST(Ranks, AFailureOfOneKeepsItsCodeAndValuesOnAll) {
     try {
       all_do(ranks, [&] {
         if (ranks.rank() == 1)
-          throw UsageError(Sentence{"{} must be {}", {Setting{"cube", "the edge"}, 32}},
+          throw UsageError(Sentence("{} must be {}", Setting{"cube", "the edge"}, 32),
                            Problem::output_exists);
       });
     } catch (const UsageError& error) {
       EXPECT_STREQ(error.what(), "rank 1: the edge must be 32");
       EXPECT_EQ(error.detail().problem, Problem::output_exists);
-      EXPECT_EQ(error.detail().context + text_of(error.detail().sentence, "--"), "rank 1: --cube must be 32");
+      EXPECT_EQ(error.detail().with_options, "rank 1: --cube must be 32");
       ++caught;
     }
     try {
       all_do(ranks, [&] {
-        if (ranks.rank() == 2) throw MemoryLimit("decoding", 1, 3'000'000'001, 2);
+        if (ranks.rank() == 2)
+          throw MemoryLimit("decoding", {.needed = 3'000'000'001, .allowed = 1, .with_spool = 2});
       });
     } catch (const MemoryLimit& limit) {
-      EXPECT_EQ(limit.needed(), 3'000'000'001U);
-      EXPECT_EQ(limit.needed_with_spool(), 2U);
+      EXPECT_EQ(limit.needs().needed, 3'000'000'001U);
+      EXPECT_EQ(limit.needs().with_spool, 2U);
       ++caught;
     }
   });

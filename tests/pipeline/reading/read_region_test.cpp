@@ -249,7 +249,7 @@ TEST_F(ReadRegion, FewerThreadsFitIntoLessMemory) {
     threads_for_reading(parameters, resources);
     FAIL();
   } catch (const MemoryLimit& limit) {
-    resources.memory = limit.needed();
+    resources.memory = limit.needs().needed;
   }
   EXPECT_EQ(threads_for_reading(parameters, resources), 1);
   *resources.memory -= 1;
@@ -270,7 +270,7 @@ TEST_F(ReadRegion, ARegionIsTheSameVolumeInAnyMemory) {
     decode_region(path("file.tag"), path("little.nrrd"), format_named("nrrd"), true, wanted, little);
     FAIL();
   } catch (const MemoryLimit& limit) {
-    little.memory = limit.needed();
+    little.memory = limit.needs().needed;
   }
   decode_region(path("file.tag"), path("little.nrrd"), format_named("nrrd"), true, wanted, little);
   EXPECT_EQ(file_content(path("region.nrrd")), file_content(path("little.nrrd")));

@@ -201,7 +201,7 @@ TEST_F(VdbReaderTest, OfSeveralGridsOneIsChosenByItsName) {
   } catch (const UsageError& error) {
     EXPECT_EQ(error.detail().choices, list) << error.what();
     // --grid is another option.
-    EXPECT_EQ(error.detail().sentence.terms.back().setting, "vdb-grid");
+    EXPECT_EQ(error.detail().option, "vdb-grid");
   }
   const std::string message = message_of<UsageError>([&] { open_grid(path("a.vdb"), "nothing"); });
   EXPECT_TRUE(has(message, "density, labels, mask"));

@@ -44,7 +44,7 @@ TEST_F(BrokenFiles, AFolderIsNoInput) {
   expect_ok(script("mkdir folder/deeper"));
   expect_error(
       tagrid({"encode", "folder"}), broken_input,
-      "folder: has no files, only directories; tagrid convert --find folder lists the volumes in them");
+      "folder: has no files, only directories; tagrid convert --find folder lists the volumes in it");
   expect_ok(script("echo text > folder/notes"));
   expect_error(tagrid({"encode", "folder"}), broken_input,
                "folder: is a directory, but its first files are not slices of DICOM or TIFF or EDF of the "

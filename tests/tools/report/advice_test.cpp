@@ -52,25 +52,27 @@ TEST(Advice, IsACommandThatAShellReads) {
 
 TEST(Advice, IsThereForEveryProblem) {
   for (int problem = 1; problem <= static_cast<int>(last_problem); ++problem) {
-    const ErrorDetail detail{static_cast<Problem>(problem), "", {}, {1}};
+    const ErrorDetail detail = {.problem = static_cast<Problem>(problem), .memory = MemoryNeeds{.needed = 1}};
     EXPECT_GT(words_of(UsageError("x", detail)).size(), 5U) << problem;
   }
 }
 
 TEST(Advice, NamesTheSmallestLimitOnMemory) {
-  const MemoryLimit with_spool("encoding", 1 << 20, (9 << 20) + 1, 5 << 20);
+  const MemoryLimit with_spool("encoding",
+                               {.needed = (9 << 20) + 1, .allowed = 1 << 20, .with_spool = 5 << 20});
   EXPECT_STREQ(with_spool.what(), "encoding needs at least 10 MiB of memory, but the limit is 1 MiB");
   EXPECT_EQ(
       words_of(with_spool),
       "encoding needs at least 10 MiB of memory, but the limit is 1 MiB; give -M 10M, or --spool DIR, a "
       "directory for the samples, and -M 5M");
-  EXPECT_EQ(words_of(MemoryLimit("decoding", 17, 1, {})),
+  EXPECT_EQ(words_of(MemoryLimit("decoding", {.needed = 1, .allowed = 17})),
             "decoding needs at least 1 MiB of memory, but the limit is 17 B; give -M 1M");
 }
 
 TEST(Advice, NamesSmallerBricksAndTheLimitThatTheyNeed) {
   const auto advice = [](std::uint64_t needed) {
-    return words_of(MemoryLimit("encoding", 4 << 20, 9 << 20, {}, SmallerBrick{2, needed}));
+    return words_of(MemoryLimit(
+        "encoding", {.needed = 9 << 20, .allowed = 4 << 20, .smaller_brick = SmallerBrick{2, needed}}));
   };
   const std::string refusal = "encoding needs at least 9 MiB of memory, but the limit is 4 MiB; give -M 9M";
   EXPECT_EQ(advice(4 << 20), refusal + ", or smaller bricks: --brick 2");
@@ -79,7 +81,8 @@ TEST(Advice, NamesSmallerBricksAndTheLimitThatTheyNeed) {
 }
 
 TEST(Advice, NamesNoFolderForSamplesWhereThatGainsNothing) {
-  EXPECT_EQ(words_of(MemoryLimit("encoding", 1 << 20, (9 << 20) + 1, (9 << 20) + 1)),
+  EXPECT_EQ(words_of(MemoryLimit("encoding",
+                                 {.needed = (9 << 20) + 1, .allowed = 1 << 20, .with_spool = (9 << 20) + 1})),
             "encoding needs at least 10 MiB of memory, but the limit is 1 MiB; give -M 10M");
 }
 
@@ -119,7 +122,7 @@ TEST(Advice, CallsSettingsByTheirOptions) {
 }
 
 TEST(Advice, KeepsTheRankThatFailed) {
-  ErrorDetail detail{Problem::output_exists, "rank 2: ", {"{}: exists", {Setting{"level", "the level"}}}, {}};
+  const ErrorDetail detail = {.problem = Problem::output_exists, .with_options = "rank 2: --level: exists"};
   EXPECT_EQ(words_of(UsageError("rank 2: the level: exists", detail)),
             "rank 2: --level: exists; give -f to overwrite it");
 }

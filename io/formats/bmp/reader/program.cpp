@@ -1,7 +1,5 @@
 // tagrid-read-bmp: reads folders of BMP slices, which SkyScan's programs write.
 
-#include <fmt/format.h>
-
 #include <string>
 #include <vector>
 
@@ -50,8 +48,8 @@ class BmpSlices final : public ServedVolume {
 
   void require_like_first(std::size_t z, const BmpImage& image) const {
     if (image.width != first_.width || image.height != first_.height)
-      throw BrokenInput(fmt::format("{}: BMP file: has {} x {} samples, but {} has {} x {}", files[z],
-                                    image.width, image.height, files.front(), first_.width, first_.height));
+      throw BrokenInput("{}: BMP file: has {} x {} samples, but {} has {} x {}", files[z], image.width,
+                        image.height, files.front(), first_.width, first_.height);
   }
 
   std::size_t slices_;  // files of logs come after those of slices

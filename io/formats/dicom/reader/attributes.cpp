@@ -92,8 +92,8 @@ std::optional<std::int64_t> integer_in(DcmItem& item, const DcmTagKey& tag) {
   if (number.is_absent() || (number.is_unreadable() && is_blank(number.text))) return std::nullopt;
   if (!number.is_number() || number.value != std::floor(number.value) ||
       std::abs(number.value) > largest_integer)
-    throw BrokenInput(fmt::format("{} is {}, which is not a whole number", name_of(tag),
-                                  tagrid::quoted(std::string_view(number.text))));
+    throw BrokenInput("{} is {}, which is not a whole number", name_of(tag),
+                      tagrid::quoted(std::string_view(number.text)));
   return static_cast<std::int64_t>(number.value);
 }
 

@@ -140,7 +140,7 @@ void read_pixel_facts(DcmDataset& dataset, const std::string& syntax, DicomFile&
   pixels.columns = integer_in(dataset, DCM_Columns).value_or(0);
   pixels.rows = integer_in(dataset, DCM_Rows).value_or(0);
   if (pixels.columns < 1 || pixels.rows < 1 || pixels.columns > most_samples || pixels.rows > most_samples)
-    throw BrokenInput(fmt::format("has {} x {} samples", pixels.columns, pixels.rows));
+    throw BrokenInput("has {} x {} samples", pixels.columns, pixels.rows);
   const auto bits = [](std::int64_t number) {
     return static_cast<int>(std::clamp<std::int64_t>(number, 0, 128));
   };
@@ -148,8 +148,7 @@ void read_pixel_facts(DcmDataset& dataset, const std::string& syntax, DicomFile&
   pixels.stored = bits(required(dataset, DCM_BitsStored, pixels.allocated, file));
   const std::int64_t sign = required(dataset, DCM_PixelRepresentation, 0, file);
   if (sign != 0 && sign != 1)
-    throw BrokenInput(
-        fmt::format("PixelRepresentation is {}, which means neither with nor without a sign", sign));
+    throw BrokenInput("PixelRepresentation is {}, which means neither with nor without a sign", sign);
   pixels.is_signed = sign == 1;
   pixels.photometric = text_of(dataset, DCM_PhotometricInterpretation).value_or("");
   if (pixels.photometric.empty()) pixels.photometric = "MONOCHROME2";
@@ -318,8 +317,7 @@ std::int64_t count_of_frames(DcmDataset& dataset, std::uint64_t most, DicomNotes
     return 1;
   }
   if (*given < 0 || static_cast<std::uint64_t>(*given) > most)
-    throw BrokenInput(
-        fmt::format("has {} frames (NumberOfFrames), which cannot be in a file of its size", *given));
+    throw BrokenInput("has {} frames (NumberOfFrames), which cannot be in a file of its size", *given);
   return *given;
 }
 
@@ -432,9 +430,9 @@ void read_frames(DcmDataset& dataset, std::uint64_t most, DicomFile& file) {
   DcmSequenceOfItems* groups = nullptr;
   dataset.findAndGetSequence(DCM_PerFrameFunctionalGroupsSequence, groups);
   if (groups != nullptr && static_cast<std::int64_t>(groups->card()) != count)
-    throw BrokenInput(fmt::format("has {} frames, but describes {} of them", count, groups->card()));
+    throw BrokenInput("has {} frames, but describes {} of them", count, groups->card());
   if (groups == nullptr && count > std::int64_t{1} << 20)
-    throw BrokenInput(fmt::format("has {} frames without their places", count));
+    throw BrokenInput("has {} frames without their places", count);
   file.frames.assign(static_cast<std::size_t>(count), common);
   if (groups != nullptr) {
     DcmObject* item = nullptr;

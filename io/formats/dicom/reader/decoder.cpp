@@ -44,8 +44,7 @@ bool is_decoded_here(const DicomPixels& pixels) {
 int read_jpeg2000(std::span<const std::byte> stream, const DicomPixels& pixels, std::byte* out) {
   const Jpeg2000Image image = decode_jpeg2000(stream, pixels.columns, pixels.rows);
   if (image.bits > pixels.allocated)
-    throw BrokenInput(
-        fmt::format("the code stream has {} bits, but a sample has {}", image.bits, pixels.allocated));
+    throw BrokenInput("the code stream has {} bits, but a sample has {}", image.bits, pixels.allocated);
   if (image.is_signed && !pixels.is_signed &&
       std::ranges::any_of(image.samples, [](std::int32_t sample) { return sample < 0; }))
     throw BrokenInput(
@@ -58,8 +57,7 @@ int read_jpeg2000(std::span<const std::byte> stream, const DicomPixels& pixels, 
 int read_jpeg_xl(std::span<const std::byte> stream, const DicomPixels& pixels, std::byte* out) {
   const JpegXlImage image = decode_jpeg_xl(stream, pixels.columns, pixels.rows);
   if (image.bits > pixels.allocated)
-    throw BrokenInput(
-        fmt::format("the code stream has {} bits, but a sample has {}", image.bits, pixels.allocated));
+    throw BrokenInput("the code stream has {} bits, but a sample has {}", image.bits, pixels.allocated);
   with_bits_of(static_cast<std::size_t>(pixels.allocated) / 8, [&]<class Bits>(Bits) {
     for (const std::uint16_t sample : image.samples) {
       const auto bits = static_cast<Bits>(sample);
@@ -73,7 +71,7 @@ int read_jpeg_xl(std::span<const std::byte> stream, const DicomPixels& pixels, s
 }  // namespace
 
 void DicomDecoder::fail(std::string_view why) const {
-  throw BrokenInput(fmt::format("{}: DICOM file: {} ({})", file_.path, why, file_.pixels.syntax_name));
+  throw BrokenInput("{}: DICOM file: {} ({})", file_.path, why, file_.pixels.syntax_name);
 }
 
 DcmPixelSequence& DicomDecoder::fragments() {

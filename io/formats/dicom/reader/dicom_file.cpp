@@ -158,7 +158,7 @@ void find_samples(const DcmXfer& found, std::uint64_t offset, const FileSource& 
 }
 
 /// `series` receives the UID as soon as it is known.
-std::optional<DicomFile> read(const std::string& path, std::string& series) {
+std::optional<DicomFile> parsed_file(const std::string& path, std::string& series) {
   const FileSource bytes(path);
   const std::string beginning = beginning_of(bytes);
   const bool is_sure = has_magic(beginning);
@@ -203,7 +203,7 @@ std::optional<DicomFile> read(const std::string& path, std::string& series) {
 std::optional<DicomFile> read_dicom_file(const std::string& path) {
   std::string series;
   try {
-    return read(path, series);
+    return parsed_file(path, series);
   } catch (const BrokenInput& error) {
     throw BrokenDicomFile(path, error.what(), series);
   }
@@ -220,12 +220,12 @@ std::optional<std::vector<std::string>> files_of_dicomdir(const std::string& pat
                                                      ERM_autoDetect, DCM_PixelData);
   const auto type = text_of(*format.getMetaInfo(), DCM_MediaStorageSOPClassUID);
   if (!type || *type != UID_MediaStorageDirectoryStorage) return std::nullopt;
-  if (result.bad()) throw BrokenInput(fmt::format("{}: DICOM directory: {}", path, result.text()));
+  if (result.bad()) throw BrokenInput("{}: DICOM directory: {}", path, result.text());
   if (!is_name_of_dicomdir(fs::path(path).filename().string()))
     throw BrokenInput(
-        fmt::format("{}: is a DICOM directory with another name, so the files that it names are not read; "
-                    "rename it to DICOMDIR",
-                    path));
+        "{}: is a DICOM directory with another name, so the files that it names are not read; "
+        "rename it to DICOMDIR",
+        path);
   std::vector<std::string> files;
   DcmSequenceOfItems* records = nullptr;
   format.getDataset()->findAndGetSequence(DCM_DirectoryRecordSequence, records);
@@ -240,8 +240,8 @@ std::optional<std::vector<std::string>> files_of_dicomdir(const std::string& pat
     for (const std::string_view part : values_of(*name)) {
       // A directory is untrusted input: it names files below its directory, and no others.
       if (part.empty() || part == ".." || part.find('/') != part.npos)
-        throw BrokenInput(fmt::format("{}: DICOM directory: names the file {}, which is not below it", path,
-                                      tagrid::quoted(std::string_view(*name))));
+        throw BrokenInput("{}: DICOM directory: names the file {}, which is not below it", path,
+                          tagrid::quoted(std::string_view(*name)));
       file /= part;
     }
     files.push_back(file.string());

@@ -1,7 +1,5 @@
 #include "io/formats/dicom/reader/fragments.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <span>
@@ -110,7 +108,7 @@ CodeStreams::CodeStreams(const DicomFile& file)
 }
 
 std::vector<std::byte> CodeStreams::stream_of(std::size_t frame) const {
-  if (first_.empty()) throw BrokenInput(fmt::format("frame {} cannot be found", frame + 1));
+  if (first_.empty()) throw BrokenInput("frame {} cannot be found", frame + 1);
   const std::size_t end = frame + 1 < frames_ ? first_[frame + 1] : items_.size();
   std::vector<std::byte> stream;
   for (std::size_t i = first_[frame]; i < end; ++i) {

@@ -194,7 +194,7 @@ ImageFiles image_files_at(const std::string& path) {
   if (!files.images.empty()) return files;
   if (files.unreadable.empty()) throw BrokenInput(path + ": has no DICOM image");
   const UnreadableImage& first = files.unreadable.front();
-  throw BrokenInput(fmt::format("{}: DICOM file: {}", first.path, first.why));
+  throw BrokenInput("{}: DICOM file: {}", first.path, first.why);
 }
 
 std::vector<UnreadableImage> unreadable_in(const DicomSeries& series, const ImageFiles& files) {

@@ -1,6 +1,5 @@
 #include "io/formats/dicom/reader/jpeg_xl.h"
 
-#include <fmt/format.h>
 #include <jxl/decode.h>
 #include <jxl/decode_cxx.h>
 
@@ -15,9 +14,9 @@ namespace {
 
 constexpr int most_bits = 16;
 
-void check(const JxlBasicInfo& info) {
+void require_supported(const JxlBasicInfo& info) {
   const auto require = [](bool is_understood, std::string_view why) {
-    if (!is_understood) throw BrokenInput(fmt::format("the JPEG XL stream {}", why));
+    if (!is_understood) throw BrokenInput("the JPEG XL stream {}", why);
   };
   require(info.num_color_channels == 1 && info.num_extra_channels == 0, "has several components, not one");
   require(info.exponent_bits_per_sample == 0 && info.bits_per_sample <= most_bits,
@@ -85,7 +84,7 @@ JpegXlImage decode(std::span<const std::byte> bytes, std::int64_t width, std::in
       case JXL_DEC_BASIC_INFO: {
         JxlBasicInfo info;
         require(JxlDecoderGetBasicInfo(decoder.get(), &info) == JXL_DEC_SUCCESS);
-        check(info);
+        require_supported(info);
         image = {info.xsize,
                  info.ysize,
                  static_cast<int>(info.bits_per_sample),
@@ -94,8 +93,8 @@ JpegXlImage decode(std::span<const std::byte> bytes, std::int64_t width, std::in
         if (!with_samples) return image;
         // Before anything is allocated for the samples.
         if (image.width != width || image.height != height)
-          throw BrokenInput(fmt::format("the JPEG XL stream has {} x {} samples, but {} x {} are expected",
-                                        image.width, image.height, width, height));
+          throw BrokenInput("the JPEG XL stream has {} x {} samples, but {} x {} are expected", image.width,
+                            image.height, width, height);
         break;
       }
       case JXL_DEC_COLOR_ENCODING:

@@ -92,12 +92,11 @@ void check_native_pixels(DicomFile& file, const ByteSource& bytes, std::uint64_t
   const DicomPixels& pixels = file.pixels;
   const std::uint64_t frames = file.frames.size(), frame = pixels.frame_bytes(), wanted = frames * frame;
   if (length < wanted)
-    throw BrokenInput(fmt::format("its pixels have {} bytes, but {} x {} samples of {} bits in {} have {}",
-                                  length, pixels.columns, pixels.rows, pixels.allocated,
-                                  counted(frames, "frame"), wanted));
+    throw BrokenInput("its pixels have {} bytes, but {} x {} samples of {} bits in {} have {}", length,
+                      pixels.columns, pixels.rows, pixels.allocated, counted(frames, "frame"), wanted);
   if (bytes.size() < offset + wanted)
-    throw BrokenInput(fmt::format("ends too soon, within its pixels: {} bytes are missing",
-                                  offset + wanted - bytes.size()));
+    throw BrokenInput("ends too soon, within its pixels: {} bytes are missing",
+                      offset + wanted - bytes.size());
   if (!is_padding(bytes, offset + wanted, length - wanted)) note_bytes_left_over(file, length);
 }
 
@@ -145,9 +144,9 @@ void find_plain_fragments(DicomFile& file, const ByteSource& bytes, std::uint64_
     return;
   }
   if (all < frames * frame || all > frames * frame + 1)
-    throw BrokenInput(fmt::format("its fragments have {} bytes, but {} x {} samples of {} bits in {} have {}",
-                                  all, pixels.columns, pixels.rows, pixels.allocated,
-                                  counted(frames, "frame"), frames * frame));
+    throw BrokenInput("its fragments have {} bytes, but {} x {} samples of {} bits in {} have {}", all,
+                      pixels.columns, pixels.rows, pixels.allocated, counted(frames, "frame"),
+                      frames * frame);
   for (const FragmentItem& item : items) pixels.stretches.push_back({item.begin, item.length});
 }
 
@@ -163,14 +162,13 @@ void read_from_stretches(const DicomFile& file, std::size_t frame, std::byte* ou
     }
     const std::uint64_t n = std::min(left, length - from);
     if (offset + from + n > bytes.size())
-      throw BrokenInput(fmt::format("{}: DICOM file: ends too soon, within its pixels", file.path));
+      throw BrokenInput("{}: DICOM file: ends too soon, within its pixels", file.path);
     bytes.read_at(offset + from, std::span(out, n));
     out += n;
     left -= n;
     from = 0;
   }
-  if (left > 0)
-    throw BrokenInput(fmt::format("{}: DICOM file: frame {} is not complete", file.path, frame + 1));
+  if (left > 0) throw BrokenInput("{}: DICOM file: frame {} is not complete", file.path, frame + 1);
 }
 
 std::uint64_t first_stream(const ByteSource& file, std::uint64_t fragments) {
@@ -264,8 +262,7 @@ void decode_rle(std::span<const std::byte> stream, std::size_t size, std::size_t
   const auto number = [&](std::size_t i) { return load_little_endian<std::uint32_t>(stream.data() + 4 * i); };
   if (stream.size() < head) throw BrokenInput("the RLE stream ends too soon");
   if (number(0) != size)
-    throw BrokenInput(
-        fmt::format("the RLE stream has samples of {} bytes, but {} are expected", number(0), size));
+    throw BrokenInput("the RLE stream has samples of {} bytes, but {} are expected", number(0), size);
   for (std::size_t i = 0; i < size; ++i) {
     const std::size_t begin = number(1 + i), end = i + 1 < size ? number(2 + i) : stream.size();
     if (begin < head || begin > end || end > stream.size())
@@ -274,8 +271,8 @@ void decode_rle(std::span<const std::byte> stream, std::size_t size, std::size_t
     const std::size_t found = unpack(stream.subspan(begin, end - begin), count, size, out + byte);
     constexpr std::size_t padding = 3;  // bytes that fill up a segment may look like a few samples
     if (found < count || found - count > padding)
-      throw BrokenInput(
-          fmt::format("the RLE stream has {} bytes in segment {}, but {} are expected", found, i + 1, count));
+      throw BrokenInput("the RLE stream has {} bytes in segment {}, but {} are expected", found, i + 1,
+                        count);
   }
 }
 

@@ -69,7 +69,7 @@ class DicomVolume final : public ServedVolume {
     if (number == 0) plain.warnings = about_lost_bits();
     const auto [begin, end] = by_file_.equal_range(number);
     if (file.pixels.encapsulated && may_have_wider_streams(file))
-      for (auto slice = begin; slice != end && plain.why_not.empty(); ++slice)
+      for (auto slice = begin; slice != end && !plain.why_not; ++slice)
         if (!decoded_now(slice->second).fits)
           plain.why_not = "its code stream has larger numbers than it says";
     for (auto slice = begin; slice != end; ++slice) {

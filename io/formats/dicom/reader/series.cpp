@@ -184,9 +184,8 @@ void require_places_of_their_own(const Slices& slices, const Files& files, std::
   if (placed != 0 && placed != slices.size()) {
     const auto without =
         std::ranges::find_if(slices, [&](const DicomSlice& s) { return !has_place(frame_of(files, s)); });
-    throw BrokenInput(fmt::format("{}: {} of {} slices have no position, as {}{}", name,
-                                  slices.size() - placed, slices.size(), name_in(files, *without),
-                                  about_place(files[without->file])));
+    throw BrokenInput("{}: {} of {} slices have no position, as {}{}", name, slices.size() - placed,
+                      slices.size(), name_in(files, *without), about_place(files[without->file]));
   }
   if (const std::size_t i = first_of_two(slices, files); i < slices.size())
     throw BrokenInput(about_one_place(slices[i], slices[i + 1], files, name));

@@ -84,10 +84,10 @@ void note_more_inflated_frames(DicomFile& file) {
   const std::uint64_t wanted = file.frames.size() * file.pixels.frame_bytes(),
                       bytes = DicomDecoder(file).bytes_of_samples();
   if (bytes < wanted)
-    throw BrokenInput(fmt::format(
+    throw BrokenInput(
         "{}: DICOM file: its pixels have {} bytes, but {} x {} samples of {} bits in {} frames have {}",
         file.path, bytes, file.pixels.columns, file.pixels.rows, file.pixels.allocated, file.frames.size(),
-        wanted));
+        wanted);
   note_bytes_left_over(file, bytes);
 }
 

@@ -19,7 +19,7 @@
 namespace tagrid {
 
 BrokenInput broken_hdf5(const std::string& path, std::string_view why) {
-  return BrokenInput(fmt::format("{}: HDF5 file: {}", path, why));
+  return BrokenInput("{}: HDF5 file: {}", path, why);
 }
 
 std::string file_of(hid_t dataset) {
@@ -116,18 +116,11 @@ bool is_slice(hid_t dataset, const std::string& name, std::size_t rank) {
 }
 
 /// Everything in a file that could be meant.
-class Candidates {
+class Candidates : private Visitor {
  public:
-  explicit Candidates(hid_t file) {
-    std::vector<std::string> signals;
-    visit_objects(file, {.dataset = [&](hid_t dataset, const std::string& name) { look_at(dataset, name); },
-                         .group =
-                             [&](hid_t group, const std::string& path) {
-                               if (std::string signal = nexus_signal_of(group, path); !signal.empty())
-                                 signals.push_back(std::move(signal));
-                             },
-                         .link = [&](const FoundLink& link) { look_at_link(file, link); }});
-    for (const std::string& signal : signals) look_at_signal(file, signal);
+  explicit Candidates(hid_t file) : file_(file) {
+    visit_objects(file, *this);
+    for (const std::string& signal : signals_) look_at_signal(file, signal);
   }
 
   /// Those with several slices; without any, those with one.
@@ -140,10 +133,17 @@ class Candidates {
   const std::string& missing_signal() const { return missing_signal_; }
 
  private:
-  void look_at(hid_t dataset, const std::string& name) {
-    const std::vector<hsize_t> dims = dims_of(dataset);
+  void dataset(hid_t object, const std::string& path) override { look_at(object, path); }
+  void group(hid_t object, const std::string& path) override {
+    if (std::string signal = nexus_signal_of(object, path); !signal.empty())
+      signals_.push_back(std::move(signal));
+  }
+  void link(const FoundLink& found) override { look_at_link(file_, found); }
+
+  void look_at(hid_t object, const std::string& name) {
+    const std::vector<hsize_t> dims = dims_of(object);
     const auto size = volume_size(dims);
-    const Hdf5Handle type(H5Dget_type(dataset), H5Tclose);
+    const Hdf5Handle type(H5Dget_type(object), H5Tclose);
     const auto stored = stored_samples_of(type.get());
     // An array of VTKHDF with a fourth axis has several numbers for each sample.
     if (!size || !stored || (is_vtkhdf_array(name) && dims.size() > 3)) {
@@ -153,32 +153,32 @@ class Candidates {
       return;
     }
     const bool has_slices = dims.size() > 2 && size->z > 1;
-    if (!has_slices && !is_slice(dataset, name, dims.size())) return;
+    if (!has_slices && !is_slice(object, name, dims.size())) return;
     std::vector<Candidate>& list = has_slices ? volumes_ : slices_;
-    if (const auto address = address_of(dataset)) places_.emplace(*address, std::pair(&list, list.size()));
+    if (const auto address = address_of(object)) places_.emplace(*address, std::pair(&list, list.size()));
     list.push_back({name, fmt::format("{} {}", in_words(dims), name_of(stored->type))});
   }
 
-  void look_at_link(hid_t file, const FoundLink& link) {
+  void look_at_link(hid_t file, const FoundLink& found) {
     // There may be thousands of other files: few are opened.
-    const std::string why = link.is_external && links_.is_full() ? "" : why_missing(file, link.path);
+    const std::string why = found.is_external && links_.is_full() ? "" : why_missing(file, found.path);
     if (!why.empty())
       dangling_.add(why);
-    else if (link.is_external)
-      links_.add(fmt::format("{} is a link to {}", link.path, link.target));
+    else if (found.is_external)
+      links_.add(fmt::format("{} is a link to {}", found.path, found.target));
   }
 
   /// The path of a signal has axes beside it, which other paths of the same data set have not.
   void look_at_signal(hid_t file, const std::string& name) {
-    const Hdf5Handle dataset = opened_dataset(file, name);
-    if (!dataset) {
+    const Hdf5Handle object = opened_dataset(file, name);
+    if (!object) {
       const std::string why = why_missing(file, name);
       if (missing_signal_.empty())
         missing_signal_ = why.empty() ? fmt::format("{} is no data set", name) : why;
       return;
     }
-    if (file_of(dataset.get()) != file_of(file)) return look_at(dataset.get(), name);
-    const auto address = address_of(dataset.get());
+    if (file_of(object.get()) != file_of(file)) return look_at(object.get(), name);
+    const auto address = address_of(object.get());
     const auto known = address ? places_.find(*address) : places_.end();
     if (known == places_.end()) return;
     Candidate& candidate = (*known->second.first)[known->second.second];
@@ -186,6 +186,8 @@ class Candidates {
     candidate.is_signal = true;
   }
 
+  hid_t file_;
+  std::vector<std::string> signals_;  ///< those that groups of NeXus name
   std::vector<Candidate> volumes_, slices_;
   std::map<haddr_t, std::pair<std::vector<Candidate>*, std::size_t>> places_;  ///< in the lists, of this file
   ShortList others_, links_, dangling_;
@@ -195,8 +197,7 @@ class Candidates {
 BrokenInput has_no_volume(hid_t file, const std::string& path, const Candidates& all) {
   const std::string type = vtkhdf_type(file);
   if (!type.empty() && type != "ImageData")
-    return BrokenInput(
-        fmt::format("{}: VTKHDF file: holds {}, which is no volume", path, tagrid::quoted(type)));
+    return BrokenInput("{}: VTKHDF file: holds {}, which is no volume", path, tagrid::quoted(type));
   std::string why =
       "has no data set with three axes of integers of 8, 16 or 32 bits, or floats of 32 or 64 bits";
   if (!all.others().empty()) why += "; " + all.others().text();

@@ -18,7 +18,7 @@ bool are_steps(const std::vector<double>& numbers) {
 }
 
 AttributeNumbers Fields::numbers(const std::string& attribute, std::size_t count, const char* consequence,
-                                 const IsGood& is_good) {
+                                 IsGood is_good) {
   AttributeNumbers found = foreign_numbers(object_, attribute, count);
   if (found.is_number() && !is_good(found.values)) found.outcome = ForeignNumber::Outcome::unreadable;
   if (const std::string said = remark(attribute, found, count, consequence); !said.empty())

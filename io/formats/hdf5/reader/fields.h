@@ -4,7 +4,6 @@
 #include <hdf5.h>
 
 #include <cmath>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -12,7 +11,7 @@
 
 namespace tagrid {
 
-using IsGood = std::function<bool(const std::vector<double>&)>;
+using IsGood = bool (*)(const std::vector<double>&);
 
 /// True if all numbers are finite.
 bool are_finite(const std::vector<double>& numbers);
@@ -30,7 +29,7 @@ class Fields {
   /// `count` numbers that are good. Otherwise, the attribute is unreadable, and `consequence` says what that
   /// means: "the spacing is unknown".
   AttributeNumbers numbers(const std::string& attribute, std::size_t count, const char* consequence,
-                           const IsGood& is_good = are_finite);
+                           IsGood is_good = are_finite);
   /// A text; "" if there is none.
   std::string text(const std::string& attribute, const char* consequence);
 

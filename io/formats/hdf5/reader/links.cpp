@@ -69,7 +69,7 @@ struct Waiting {
 /// The objects and links of one group; deeper objects become `waiting`, the first one last.
 class GroupVisit {
  public:
-  GroupVisit(const std::string& path, const Visitor& visitor) : path_(path), visitor_(visitor) {}
+  GroupVisit(const std::string& path, Visitor& visitor) : path_(path), visitor_(visitor) {}
 
   void run(hid_t group, std::vector<Waiting>& waiting) {
     const auto look = [](hid_t where, const char* name, const H5L_info_t* info, void* self) -> herr_t {
@@ -92,7 +92,7 @@ class GroupVisit {
   }
 
   const std::string& path_;
-  const Visitor& visitor_;
+  Visitor& visitor_;
   std::vector<Waiting> found_ = {};
 };
 
@@ -137,7 +137,7 @@ std::string inside(const std::string& group, const std::string& name) {
   return (group.ends_with('/') ? group : group + "/") + name;
 }
 
-void visit_objects(hid_t file, const Visitor& visitor) {
+void visit_objects(hid_t file, Visitor& visitor) {
   std::unordered_set<haddr_t> seen;
   const Hdf5Handle root(H5Oopen(file, "/", H5P_DEFAULT), H5Oclose);
   std::vector<Waiting> waiting;

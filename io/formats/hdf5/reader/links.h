@@ -3,7 +3,6 @@
 
 #include <hdf5.h>
 
-#include <functional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -21,15 +20,18 @@ struct FoundLink {
   std::string file = {};  ///< of an external one
 };
 
-/// What a visitor of a file is told. Groups come before what they hold, in the order of names.
-struct Visitor {
-  std::function<void(hid_t object, const std::string&path)> dataset, group;
-  std::function<void(const FoundLink& link)> link;
+/// Is told of what a file holds. Groups come before what they hold, in the order of names.
+class Visitor {
+ public:
+  virtual ~Visitor() = default;
+  virtual void dataset(hid_t object, const std::string& path) = 0;
+  virtual void group(hid_t object, const std::string& path) = 0;
+  virtual void link(const FoundLink& found) = 0;
 };
 
 /// Visits each object of a file once, whatever the number of hard links to it. Also visits all other links,
 /// without following them. Reports `working` meanwhile. Objects that cannot be opened are left out.
-void visit_objects(hid_t file, const Visitor& visitor);
+void visit_objects(hid_t file, Visitor& visitor);
 
 /// A sentence that explains why there is no object at this absolute path, and names the target of a link that
 /// leads nowhere, or to a file in another folder, from which nothing is read; "" if there is one.

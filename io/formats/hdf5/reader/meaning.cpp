@@ -119,8 +119,7 @@ std::vector<std::string> other_meanings(hid_t file, const std::string& name, con
     throw BrokenInput(object + " has colors (IMAGE_SUBCLASS is IMAGE_TRUECOLOR), not one value a sample");
   for (const double components : number_attribute(dataset.get(), "ComponentDimensions"))
     if (components > 1)
-      throw BrokenInput(
-          fmt::format("{} has {} values a sample (ComponentDimensions), not one", object, components));
+      throw BrokenInput("{} has {} values a sample (ComponentDimensions), not one", object, components);
   if (subclass == "IMAGE_INDEXED")
     say("its samples are numbers of colors (IMAGE_SUBCLASS is IMAGE_INDEXED), but are read as values");
   if (const auto white = number_attribute(dataset.get(), "IMAGE_WHITE_IS_ZERO");

@@ -4,6 +4,7 @@
 #include <hdf5.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace tagrid {
@@ -11,7 +12,7 @@ namespace tagrid {
 /// What lies around the samples, and where they begin.
 struct PlainHdf5 {
   std::string before, behind;
-  std::string why_not;  ///< a sentence if there is no such copy; "" if there is one
+  std::optional<std::string> why_not = {};  ///< a sentence if there is no such copy
 };
 
 /// The limit on the bytes, other than samples, that are copied.

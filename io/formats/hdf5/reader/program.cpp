@@ -79,7 +79,7 @@ class Hdf5Volume final : public ServedVolume {
                         samples = slice * static_cast<std::uint64_t>(dims.z);
     PlainHdf5 copy = plain_copy(files[number], dataset_.get(), samples);
     plain.why_not = std::move(copy.why_not);
-    if (!plain.why_not.empty()) return plain;
+    if (plain.why_not) return plain;
     plain.compression = storage_;
     const std::uint64_t begin = copy.before.size();
     plain.pieces = {PlainPiece::given(std::move(copy.before)), PlainPiece::samples(samples),

@@ -158,8 +158,8 @@ void Hdf5File::check(herr_t status) const {
 void Hdf5File::fail() const {
   const Reason reason = last_reason();
   if (reason.error_number != 0) throw world_error("cannot write", name_, reason.error_number);
-  throw WorldError(fmt::format("{}: HDF5 cannot write it: {}", name_,
-                               reason.words.empty() ? "no reason is given" : reason.words));
+  throw WorldError("{}: HDF5 cannot write it: {}", name_,
+                   reason.words.empty() ? "no reason is given" : reason.words);
 }
 
 void Hdf5File::add(hid_t object, const std::string& name, hid_t type, hid_t memory_type, hid_t space,

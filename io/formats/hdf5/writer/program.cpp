@@ -229,8 +229,7 @@ std::unique_ptr<ServedMesh> begin_hdf5_mesh(const WriteMeshRequest& request) {
   const auto format = request.options.find("format");
   const std::string layout = format == request.options.end() ? "vtkhdf" : format->second;
   if (layout != "vtkhdf" && layout != "xdmf")
-    throw UsageError(
-        fmt::format("{}: meshes are written as VTKHDF or for XDMF, not as {}", request.name, layout));
+    throw UsageError("{}: meshes are written as VTKHDF or for XDMF, not as {}", request.name, layout);
   return std::make_unique<Hdf5Mesh>(request, layout == "vtkhdf");
 }
 

@@ -135,8 +135,7 @@ class Walk {
 SampleType type_of(const std::string& path, const Jpeg2000Image& image) {
   if (image.bits <= 16) return *integer_type(image.bits <= 8 ? 1 : 2, image.is_signed);
   if (image.bits <= 31) return SampleType::int32;
-  throw BrokenInput(
-      fmt::format("{}: JPEG 2000 file: samples of {} bits are not supported", path, image.bits));
+  throw BrokenInput("{}: JPEG 2000 file: samples of {} bits are not supported", path, image.bits);
 }
 
 std::string in_words(const Jpeg2000Image& image) {
@@ -183,8 +182,8 @@ class Jp2Slices final : public ServedVolume {
   void require_like_first(const std::string& path, const Jpeg2000Image& image) const {
     if (image.width != first_.width || image.height != first_.height || image.bits != first_.bits ||
         image.is_signed != first_.is_signed)
-      throw BrokenInput(fmt::format("{}: JPEG 2000 file: has {}, but {} has {}", path, in_words(image),
-                                    files.front(), in_words(first_)));
+      throw BrokenInput("{}: JPEG 2000 file: has {}, but {} has {}", path, in_words(image), files.front(),
+                        in_words(first_));
   }
 
   void look_at_outline(const std::string& path) {

@@ -1,6 +1,5 @@
 #include "io/formats/png/reader/image.h"
 
-#include <fmt/format.h>
 #include <png.h>
 
 #include <exception>
@@ -102,10 +101,9 @@ void read_png(const std::string& path, const PngOutline& outline, std::span<std:
   if (reading.error) std::rethrow_exception(reading.error);
   if (info == nullptr && !is_done && reading.message.empty()) throw std::bad_alloc();
   if (is_done && !reading.warning.empty())
-    throw BrokenInput(
-        fmt::format("{}: PNG file: its samples are damaged, or are more than its header says: {}", path,
-                    reading.warning));
-  if (!is_done) throw BrokenInput(fmt::format("{}: PNG file: is damaged: {}", path, reading.message));
+    throw BrokenInput("{}: PNG file: its samples are damaged, or are more than its header says: {}", path,
+                      reading.warning);
+  if (!is_done) throw BrokenInput("{}: PNG file: is damaged: {}", path, reading.message);
 }
 
 }  // namespace tagrid

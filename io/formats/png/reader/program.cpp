@@ -40,8 +40,7 @@ class PngSlices final : public ServedVolume {
     dims = {first_.width, first_.height, static_cast<std::int64_t>(files.size())};
     type = first_.bits == 8 ? SampleType::uint8 : SampleType::uint16;
     if (!is_volume_size(dims) || !sample_bytes(dims, type))
-      throw BrokenInput(
-          fmt::format("{}: a volume cannot have {} samples", files.front(), described(dims, type)));
+      throw BrokenInput("{}: a volume cannot have {} samples", files.front(), described(dims, type));
     // The decoder has a few rows, the pointers to all of them, and the windows of deflate.
     constexpr std::uint64_t of_decoder = std::uint64_t{4} << 20;
     memory = 2 * bytes_of_slice() + 8 * static_cast<std::uint64_t>(first_.height) + of_decoder;
@@ -62,8 +61,8 @@ class PngSlices final : public ServedVolume {
 
   void require_like_first(const std::string& path, const PngOutline& outline) const {
     if (outline.width != first_.width || outline.height != first_.height || outline.bits != first_.bits)
-      throw BrokenInput(fmt::format("{}: PNG file: has {}, but {} has {}", path, in_words(outline),
-                                    files.front(), in_words(first_)));
+      throw BrokenInput("{}: PNG file: has {}, but {} has {}", path, in_words(outline), files.front(),
+                        in_words(first_));
   }
 
   static std::string in_words(const PngOutline& outline) {

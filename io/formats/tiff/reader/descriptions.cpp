@@ -148,9 +148,9 @@ std::optional<ImageJ> image_j_of(std::string_view description) {
   if (found.channels > found.images || found.frames > found.images || found.slices > found.images ||
       found.channels * found.frames > found.images ||
       found.channels * found.frames * found.slices != found.images)
-    throw BrokenInput(fmt::format(
+    throw BrokenInput(
         "TIFF file: ImageJ's description says {} images, but {} channels, {} slices and {} frames",
-        found.images, found.channels, found.slices, found.frames));
+        found.images, found.channels, found.slices, found.frames);
   return found;
 }
 

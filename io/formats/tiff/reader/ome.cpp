@@ -141,8 +141,12 @@ std::optional<OmeXml> ome_xml_of(std::string_view text) {
   return xml;
 }
 
-std::vector<OmePlane> planes_of(const OmeImage& image,
-                                const std::function<std::int64_t(const OmeData&)>& pages_of) {
+namespace {
+
+/// The planes of an image. `pages_of` says how many pages a file has. Throws BrokenInput if a plane is in two
+/// places.
+template <class PagesOf>
+std::vector<OmePlane> planes_of(const OmeImage& image, PagesOf pages_of) {
   std::vector<OmePlane> planes(static_cast<std::size_t>(image.slices * image.channels * image.times));
   constexpr std::size_t most_times = 4;
   std::size_t placed = 0;
@@ -172,6 +176,8 @@ std::vector<OmePlane> planes_of(const OmeImage& image,
   }
   return planes;
 }
+
+}  // namespace
 
 std::string uuid_of_ome(std::string_view text) {
   std::size_t root = text.find("<OME");
@@ -380,8 +386,8 @@ void add_image(const OmeImage& image, std::size_t number, bool is_one_of_several
 
 std::string beside(const std::string& path, const std::string& name) {
   if (name == "." || name == ".." || name.find('/') != name.npos || name.find('\0') != name.npos)
-    throw BrokenInput(fmt::format("{}: TIFF file: OME-XML names the file {}, which is not in its directory",
-                                  path, quoted_name(name)));
+    throw BrokenInput("{}: TIFF file: OME-XML names the file {}, which is not in its directory", path,
+                      quoted_name(name));
   return (fs::path(path).parent_path() / name).string();
 }
 

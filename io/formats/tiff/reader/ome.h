@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -50,11 +49,6 @@ struct OmeXml {
 /// Nothing if the text is not OME-XML. A number that cannot be read is an error if it says which samples
 /// there are. Throws BrokenInput.
 std::optional<OmeXml> ome_xml_of(std::string_view text);
-
-/// The planes of an image. `pages_of` says how many pages a file has. Throws BrokenInput if a plane is in two
-/// places.
-std::vector<OmePlane> planes_of(const OmeImage& image,
-                                const std::function<std::int64_t(const OmeData&)>& pages_of);
 
 /// The UUID that the beginning of a description gives its file; "" if there is none.
 std::string uuid_of_ome(std::string_view text);

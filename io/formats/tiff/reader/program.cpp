@@ -136,8 +136,8 @@ TiffVolumes volumes_of_slices(const std::string& folder, const NumberedFiles& fi
   TiffVolumes volumes = volume_of_files(files.paths);
   volumes.pairs.push_back(pair_of(files));
   add_warning_of_gaps(folder, files, volumes.warnings);
-  add(log_of_slices(folder, files), volumes.list.front().geometry, volumes.pairs, volumes.files,
-      volumes.warnings);
+  include_log(log_of_slices(folder, files), volumes.list.front().geometry, volumes.pairs, volumes.files,
+              volumes.warnings);
   // If the log has the spacing, nobody needs one of the files.
   TiffVolume& volume = volumes.list.front();
   if (volume.geometry.has_spacing && !has_unknown_spacing(volume.geometry)) volume.remarks.warnings.clear();

@@ -54,7 +54,7 @@ TiffFile::TiffFile(const std::string& path) : path_(path) {
 }
 
 void TiffFile::fail(const std::string& why) const {
-  throw BrokenInput(fmt::format("{}: TIFF file: {}", path_, why.empty() ? "cannot be read" : why));
+  throw BrokenInput("{}: TIFF file: {}", path_, why.empty() ? "cannot be read" : why);
 }
 
 std::vector<TiffPage> TiffFile::pages() {
@@ -343,9 +343,9 @@ void look_at_other_tags(const TiffDirectory& directory, TiffPage& page, TiffRema
       remarks.miss("GrayResponseCurve gives its samples optical densities, which are not read");
     if (field.tag == tag_of_stk && field.count > 1)
       throw BrokenInput(
-          fmt::format("is a stack of MetaMorph (STK) with {} slices in one page, which is not read; save it "
-                      "as a TIFF file with a page for each slice",
-                      field.count));
+          "is a stack of MetaMorph (STK) with {} slices in one page, which is not read; save it "
+          "as a TIFF file with a page for each slice",
+          field.count);
     // Without such a compression, some programs undo a predictor, and others do not.
     if (field.tag == TIFFTAG_PREDICTOR && !page.may_have_predictor)
       remarks.miss(

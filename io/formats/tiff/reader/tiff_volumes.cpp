@@ -79,13 +79,13 @@ std::vector<TiffPage> pages_of_stack(const TiffFile& file, std::vector<TiffPage>
                                      const char* who, TiffRemarks& remarks) {
   if (pages.size() == count) return pages;
   if (pages.size() != 1 || !pages.front().plain)
-    throw BrokenInput(fmt::format("{}: TIFF file: {} description says {} images, but it has {}", file.path(),
-                                  who, count, pages.size()));
+    throw BrokenInput("{}: TIFF file: {} description says {} images, but it has {}", file.path(), who, count,
+                      pages.size());
   const TiffPage first = pages.front();
   const std::uint64_t room = (file.size() - *first.plain) / first.bytes();
   if (room < count)
-    throw BrokenInput(fmt::format("{}: TIFF file: {} description says {} images, but there are bytes for {}",
-                                  file.path(), who, count, room));
+    throw BrokenInput("{}: TIFF file: {} description says {} images, but there are bytes for {}", file.path(),
+                      who, count, room);
   if (room > count)
     remarks.warn(
         fmt::format("{} description says {} images, but there are bytes for {}; only the first {} are read",
@@ -156,14 +156,14 @@ void require_alike(const TiffVolumes& volumes, const TiffVolume& volume) {
     const TiffPlane& plane = volume.planes[z];
     const std::string of_first = plane.file == first.file ? "" : " (" + volumes.files[first.file] + ")";
     if (!are_alike(plane.page, first.page))
-      throw BrokenInput(fmt::format("{}: TIFF file: slice {} of {} is {}, but the first one is {}{}",
-                                    volumes.files[plane.file], z + 1, volume.planes.size(),
-                                    in_words(plane.page), in_words(first.page), of_first));
+      throw BrokenInput("{}: TIFF file: slice {} of {} is {}, but the first one is {}{}",
+                        volumes.files[plane.file], z + 1, volume.planes.size(), in_words(plane.page),
+                        in_words(first.page), of_first);
     if (plane.page.rescale != first.page.rescale)
-      throw BrokenInput(fmt::format(
+      throw BrokenInput(
           "{}: TIFF file: slice {} of {} has another scale of values (GDAL) than the first one{}, so their "
           "values cannot be one volume",
-          volumes.files[plane.file], z + 1, volume.planes.size(), of_first));
+          volumes.files[plane.file], z + 1, volume.planes.size(), of_first);
   }
 }
 
@@ -172,13 +172,12 @@ OmeXml xml_elsewhere(const std::string& path, const std::string& metadata_file) 
   FileBytes file(metadata_file);
   constexpr std::uint64_t most = std::uint64_t{64} << 20;
   if (file.size().value_or(0) > most)
-    throw BrokenInput(fmt::format("{}: has more than 64 MiB, which is not read as OME-XML", metadata_file));
+    throw BrokenInput("{}: has more than 64 MiB, which is not read as OME-XML", metadata_file);
   std::string text(file.size().value_or(0), '\0');
   text.resize(file.read(reinterpret_cast<std::byte*>(text.data()), text.size()));
   std::optional<OmeXml> xml = ome_xml_of(text);
   if (!xml || !xml->metadata_file.empty())
-    throw BrokenInput(
-        fmt::format("{}: is not OME-XML, although the OME-XML in {} says so", metadata_file, path));
+    throw BrokenInput("{}: is not OME-XML, although the OME-XML in {} says so", metadata_file, path);
   return *std::move(xml);
 }
 
@@ -195,8 +194,8 @@ TiffVolumes volumes_described_in(const std::string& name, const std::string& pat
   const std::string metadata_file = beside(path, name);
   std::error_code unknown;
   if (!fs::exists(metadata_file, unknown))
-    throw BrokenInput(fmt::format("{}: TIFF file: its OME-XML is in the file {}, which is missing", path,
-                                  tagrid::quoted(std::string_view(name))));
+    throw BrokenInput("{}: TIFF file: its OME-XML is in the file {}, which is missing", path,
+                      tagrid::quoted(std::string_view(name)));
   if (!may_be_tiff(metadata_file)) {
     add_ome(path, pages, xml_elsewhere(path, metadata_file), false, gaps_ok, volumes);
     volumes.files.push_back(metadata_file);
@@ -204,8 +203,7 @@ TiffVolumes volumes_described_in(const std::string& name, const std::string& pat
   }
   const std::string description = TiffFile(metadata_file).description();
   if (const auto xml = ome_xml_of(description); !xml || !xml->metadata_file.empty())
-    throw BrokenInput(
-        fmt::format("{}: has no OME-XML, although the OME-XML in {} says so", metadata_file, path));
+    throw BrokenInput("{}: has no OME-XML, although the OME-XML in {} says so", metadata_file, path);
   return described_volumes(metadata_file, gaps_ok);
 }
 
@@ -298,9 +296,8 @@ TiffVolumes volume_of_files(const std::vector<std::string>& paths) {
     std::vector<TiffPage> pages = file.pages();
     volumes.remarks.add(file.remarks());
     if (pages.size() != 1)
-      throw BrokenInput(
-          fmt::format("{}: TIFF file: has {} pages, but is one of {} files that are a slice each", paths[i],
-                      pages.size(), paths.size()));
+      throw BrokenInput("{}: TIFF file: has {} pages, but is one of {} files that are a slice each", paths[i],
+                        pages.size(), paths.size());
     volumes.remarks.miss(pages.front().unread_order);
     const std::string& description = pages.front().description;
     const Geometry geometry = geometry_of_slice(pages.front(), volumes.list.front().remarks);
@@ -309,17 +306,17 @@ TiffVolumes volume_of_files(const std::vector<std::string>& paths) {
     else if (!are_same(geometry, volumes.list.front().geometry))
       differs = true;
     if (images_in(description) > 1)
-      throw BrokenInput(fmt::format(
+      throw BrokenInput(
           "{}: TIFF file: its description speaks of several images, but it is one of {} files that are a "
           "slice each",
-          paths[i], paths.size()));
+          paths[i], paths.size());
     const auto calibration = calibration_of(description);
     if (i == 0) volumes.calibration = calibration;
     if (volumes.loss.empty()) volumes.loss = loss_in(description);
     if (calibration != volumes.calibration)
-      throw BrokenInput(fmt::format(
+      throw BrokenInput(
           "{}: TIFF file: has another calibration of ImageJ than {}, so their values cannot be one volume",
-          paths[i], paths.front()));
+          paths[i], paths.front());
     pages.front().description = {};
     volumes.list.back().planes.push_back({i, std::move(pages.front())});
   }
@@ -405,7 +402,7 @@ class TiffSlices final : public ServedVolume {
       plain.pieces = {PlainPiece::stretch(number, 0, FileSource(files[number]).size())};
     else
       plain = plain_tiff_file(files[number], number, pages, samples_at);
-    for (std::size_t i = 0; i < pages.size() && plain.why_not.empty(); ++i) {
+    for (std::size_t i = 0; i < pages.size() && !plain.why_not; ++i) {
       const std::uint64_t offset = is_plain ? *pages[i]->plain : samples_at + i * pages[i]->bytes();
       add_place(slices[i], offset, *pages[i], plain.places);
       if (!is_plain && plain.compression.find(pages[i]->storage) == std::string::npos)

@@ -52,7 +52,7 @@ Index3 index(const openvdb::Coord& p) { return {p.x(), p.y(), p.z()}; }
 }  // namespace
 
 void throw_broken_vdb(const std::string& path, const std::string& why) {
-  throw BrokenInput(fmt::format("{}: OpenVDB file: {}", path, why));
+  throw BrokenInput("{}: OpenVDB file: {}", path, why);
 }
 
 /// The library's own parser, on a stream that throws at the end of the file.

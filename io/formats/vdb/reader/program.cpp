@@ -217,9 +217,9 @@ std::unique_ptr<ServedVolume> open_grid(const std::string& path, GridFile& file,
     return open_grid<Others...>(path, file, grid);
   else
     throw BrokenInput(
-        fmt::format("{}: only grids of floats, doubles, 32-bit integers and bits can be read, and {} is not "
-                    "one of them, but {}",
-                    path, tagrid::quoted(std::string_view(grid.gridName())), grid.gridType()));
+        "{}: only grids of floats, doubles, 32-bit integers and bits can be read, and {} is not "
+        "one of them, but {}",
+        path, tagrid::quoted(std::string_view(grid.gridName())), grid.gridType());
 }
 
 /// Opens a grid of floats, halves, doubles, 32-bit integers, or bits: the one that the option "grid" names,

@@ -98,7 +98,7 @@ std::optional<double> number_option(const WriterOptions& options, const char* na
   const std::string text = option(options, name);
   if (text.empty()) return std::nullopt;
   const auto number = number_of(text);
-  if (!number) throw UsageError(fmt::format("{} {}: is not a number", name, text));
+  if (!number) throw UsageError("{} {}: is not a number", name, text);
   return number;
 }
 
@@ -122,8 +122,8 @@ class VdbOutput final : public ServedOutput {
     if (max_error_) *max_error_ += tolerance_;
     if (const auto wanted = number_option(request.options, "background")) {
       if (!is_value_of(info.type, *wanted))
-        throw UsageError(fmt::format("{}: the background {} is not a value of type {}", request.name, *wanted,
-                                     name_of(info.type)));
+        throw UsageError("{}: the background {} is not a value of type {}", request.name, *wanted,
+                         name_of(info.type));
       background_ = wanted;
     } else if (place_.background && is_value_of(info.type, *place_.background)) {
       background_ = place_.background;
@@ -136,10 +136,10 @@ class VdbOutput final : public ServedOutput {
     try {
       transform_ = transform_of(info.geometry(), box_.low);
     } catch (const openvdb::Exception& error) {
-      throw UsageError(fmt::format(
+      throw UsageError(
           "{}: OpenVDB cannot have these spacings or directions ({}); choose another format, or give "
           "the volume larger units",
-          request.name, error.what()));
+          request.name, error.what());
     }
   }
 
@@ -216,12 +216,12 @@ std::unique_ptr<ServedOutput> begin_vdb(const WriteRequest& request) {
   const bool is_short = size_of(type) <= 2;
   const std::string wanted = option(request.options, "type");
   if (!wanted.empty() && wanted != "float" && wanted != "int32")
-    throw UsageError(fmt::format("{}: the type of a grid is float or int32, not {}", request.name, wanted));
+    throw UsageError("{}: the type of a grid is float or int32, not {}", request.name, wanted);
   const bool as_float = wanted == "float", as_int32 = wanted == "int32";
   if ((as_float && !is_short && type != SampleType::float32) ||
       (as_int32 && !is_short && type != SampleType::int32))
-    throw UsageError(fmt::format("{}: samples of type {} cannot be stored exactly as {}", request.name,
-                                 name_of(type), wanted));
+    throw UsageError("{}: samples of type {} cannot be stored exactly as {}", request.name, name_of(type),
+                     wanted);
   if (as_int32 || type == SampleType::int32) return std::make_unique<VdbOutput<openvdb::Int32Grid>>(request);
   if (is_short || type == SampleType::float32)
     return std::make_unique<VdbOutput<openvdb::FloatGrid>>(request);

@@ -45,7 +45,7 @@ class Reading {
 
  private:
   [[noreturn]] void refuse(const std::string& why) const {
-    throw BrokenInput(fmt::format("{}: {}: {}", name_, array_.format(), why));
+    throw BrokenInput("{}: {}: {}", name_, array_.format(), why);
   }
   const Json& required(const Json& object, const char* key) const {
     const Json& value = member(object, key);

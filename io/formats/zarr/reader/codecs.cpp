@@ -1,7 +1,6 @@
 #include "io/formats/zarr/reader/codecs.h"
 
 #include <blosc.h>
-#include <fmt/format.h>
 #include <zstd.h>
 
 #include <algorithm>
@@ -19,12 +18,11 @@ namespace {
 constexpr std::size_t crc_bytes = 4;
 
 BrokenInput damaged(const std::string& name, const char* codec) {
-  return BrokenInput(fmt::format("{}: is damaged: its {} data cannot be decompressed", name, codec));
+  return BrokenInput("{}: is damaged: its {} data cannot be decompressed", name, codec);
 }
 
 BrokenInput of_other_size(const std::string& name, std::uint64_t size) {
-  return BrokenInput(
-      fmt::format("{}: has not the {} bytes that its array says; it may be truncated", name, size));
+  return BrokenInput("{}: has not the {} bytes that its array says; it may be truncated", name, size);
 }
 
 std::vector<std::byte> from_blosc(std::span<const std::byte> in, std::uint64_t size,

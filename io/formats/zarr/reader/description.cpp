@@ -58,11 +58,10 @@ NumberList list_in(const ZarrStore& store, const ZarrArray& array, std::size_t s
 /// The numbers of an array, which may also have integers of 64 bits. Throws BrokenInput.
 std::vector<double> numbers_in(const ZarrStore& store, ZarrArray array, double& epsilon) {
   const bool is_long = array.type_name == "int64" || array.type_name == "uint64";
-  if (!array.type && !is_long) throw BrokenInput(fmt::format("it has {} numbers", array.type_name));
+  if (!array.type && !is_long) throw BrokenInput("it has {} numbers", array.type_name);
   for (const char* packed : {"scale_factor", "add_offset"})
     if (!member(array.attributes, packed).is_null())
-      throw BrokenInput(
-          fmt::format("it has the attribute {}, and packed positions are not supported", packed));
+      throw BrokenInput("it has the attribute {}, and packed positions are not supported", packed);
   if (is_long) array.type = SampleType::float64;  // of the same size
   const NumberList list = list_in(store, array, size_of(*array.type));
   std::vector<double> numbers;
@@ -128,15 +127,15 @@ std::optional<NiftiHeader> nifti_header_of(const ZarrStore& store, const ZarrIma
     if (!node) return std::nullopt;
     if (!node->is_array) throw BrokenInput("it is a group");
     const ZarrArray array = zarr_array(store, *node);
-    if (array.type != SampleType::uint8) throw BrokenInput(fmt::format("it has {} samples", array.type_name));
+    if (array.type != SampleType::uint8) throw BrokenInput("it has {} samples", array.type_name);
     const NumberList list = list_in(store, array, 1);
     const std::string_view bytes(reinterpret_cast<const char*>(list.bytes.data()), list.bytes.size());
     if (bytes.size() < 348 || !begins_nifti(bytes))
       throw BrokenInput("it does not begin with a header of NIfTI");
     NiftiHeader header = parse_nifti_header(bytes.substr(0, max_nifti_header_bytes));
     if (header.info.dims != dims)
-      throw BrokenInput(fmt::format("it describes {} x {} x {} samples", header.info.dims.x,
-                                    header.info.dims.y, header.info.dims.z));
+      throw BrokenInput("it describes {} x {} x {} samples", header.info.dims.x, header.info.dims.y,
+                        header.info.dims.z);
     return header;
   } catch (const BrokenInput& why) {
     why_not = fmt::format("{}: the header of NIfTI in {} is not read: {}", store.path(), tagrid::quoted(path),

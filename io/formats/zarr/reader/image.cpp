@@ -65,7 +65,7 @@ class Description {
 
  private:
   [[noreturn]] void refuse(const std::string& why) const {
-    throw BrokenInput(fmt::format("{}: OME-Zarr: {}", where_, why));
+    throw BrokenInput("{}: OME-Zarr: {}", where_, why);
   }
 
   void read_axes(const Json& axes) {

@@ -46,10 +46,9 @@ BlockHeader header_of(std::span<const std::byte> stored, std::size_t axes, const
   constexpr std::uint64_t plain = 0, with_count = 1;
   const std::uint64_t mode = number(0, 2), stated_axes = number(2, 2);
   if (mode != plain && mode != with_count)
-    throw BrokenInput(fmt::format("{}: its block is of the mode {}, which is not supported", name, mode));
+    throw BrokenInput("{}: its block is of the mode {}, which is not supported", name, mode);
   if (stated_axes != axes)
-    throw BrokenInput(
-        fmt::format("{}: its block has {} axes, but its array has {}", name, stated_axes, axes));
+    throw BrokenInput("{}: its block has {} axes, but its array has {}", name, stated_axes, axes);
   BlockHeader header{Sizes(axes), 4 + 4 * axes};
   for (std::size_t axis = 0; axis < axes; ++axis)
     header.size[axes - 1 - axis] = static_cast<std::int64_t>(number(4 + 4 * axis, 4));
@@ -176,8 +175,8 @@ std::vector<std::byte> n5_block(const std::vector<std::byte>& stored, const Zarr
     const std::int64_t most = array.piece[axis],
                        least = std::min(most, array.shape[axis] - numbers[axis] * array.piece[axis]);
     if (header.size[axis] < least || header.size[axis] > most)
-      throw BrokenInput(fmt::format("{}: its block has {} samples, but a block of its array has {}", name,
-                                    fmt::join(header.size, " x "), fmt::join(array.piece, " x ")));
+      throw BrokenInput("{}: its block has {} samples, but a block of its array has {}", name,
+                        fmt::join(header.size, " x "), fmt::join(array.piece, " x "));
   }
   const std::size_t sample = size_of(*array.type);
   const std::uint64_t bytes = *samples_in(header.size) * sample;  // not more than a whole block has

@@ -97,8 +97,8 @@ const ZarrPieces::Index& ZarrPieces::index_of(const std::string& key, const Byte
   if (const auto known = indices_.find(key); known != indices_.end()) return known->second;
   const std::size_t crc = array_.shards->index_has_crc ? crc_of_index : 0;
   if (shard.size() < crc || pieces > (shard.size() - crc) / place_bytes)
-    throw BrokenInput(fmt::format("{}: is too short for the index of its {} chunks; it may be truncated",
-                                  shard.name(), pieces));
+    throw BrokenInput("{}: is too short for the index of its {} chunks; it may be truncated", shard.name(),
+                      pieces);
   std::vector<std::byte> bytes(memory_size(pieces * place_bytes + crc));
   shard.read_at(array_.shards->index_is_last ? shard.size() - bytes.size() : 0, bytes);
   const std::span<const std::byte> content = std::span(bytes).first(bytes.size() - crc);
@@ -122,8 +122,7 @@ std::vector<std::byte> ZarrPieces::read_at(const ByteSource& shard, const Place&
   if (place.size > shard.size() || place.position > shard.size() - place.size)
     throw BrokenInput(name + ": its index leads beyond its end; it may be truncated");
   if (place.size > most_stored(array_.piece_bytes()))
-    throw BrokenInput(
-        fmt::format("{}: a chunk of {} bytes is stored as {}", name, array_.piece_bytes(), place.size));
+    throw BrokenInput("{}: a chunk of {} bytes is stored as {}", name, array_.piece_bytes(), place.size);
   std::vector<std::byte> bytes(memory_size(place.size));
   shard.read_at(place.position, bytes);
   return bytes;

@@ -102,8 +102,7 @@ class ZipStore final : public ZarrStore {
 
 std::vector<std::byte> ZarrFile::all(std::uint64_t limit) const {
   if (bytes->size() > limit)
-    throw BrokenInput(
-        fmt::format("{}: has {} bytes, but at most {} are expected", bytes->name(), bytes->size(), limit));
+    throw BrokenInput("{}: has {} bytes, but at most {} are expected", bytes->name(), bytes->size(), limit);
   std::vector<std::byte> content(memory_size(bytes->size()));
   bytes->read_at(0, content);
   if (crc && crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size()) != *crc)
@@ -139,7 +138,7 @@ std::string joined(const std::string& folder, const std::string& name) {
 }
 
 BrokenInput broken_zarr(const std::string& path, const std::string& why, std::string_view format) {
-  return BrokenInput(fmt::format("{}: {}: {}", path, format, why));
+  return BrokenInput("{}: {}: {}", path, format, why);
 }
 
 }  // namespace tagrid

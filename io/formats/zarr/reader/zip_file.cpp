@@ -26,7 +26,7 @@ constexpr std::uint16_t extra_of_long_sizes = 1;
 constexpr std::uint64_t says_long = 0xffffffff, says_long_count = 0xffff;
 
 BrokenInput broken_zip(const std::string& path, const std::string& why) {
-  return BrokenInput(fmt::format("{}: zip file: {}", path, why));
+  return BrokenInput("{}: zip file: {}", path, why);
 }
 
 /// A member as the table has it: the numbers that do not fit 32 bits are in an extra field.

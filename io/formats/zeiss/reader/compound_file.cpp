@@ -48,19 +48,18 @@ std::uint64_t CompoundStream::size() const {
 void CompoundStream::read(std::span<std::byte> out) const {
   if (size() < out.size() || gsf_input_seek(input_.get(), 0, G_SEEK_SET) ||
       gsf_input_read(input_.get(), out.size(), reinterpret_cast<guint8*>(out.data())) == nullptr)
-    throw BrokenInput(
-        fmt::format("{}: is truncated or damaged: {} bytes of the stream cannot be read", path_, out.size()));
+    throw BrokenInput("{}: is truncated or damaged: {} bytes of the stream cannot be read", path_,
+                      out.size());
 }
 
 CompoundFile::CompoundFile(const std::string& path) : path_(path) {
   static_cast<void>(FileSource(path));  // says what is wrong with a file that cannot be opened
   GError* error = nullptr;
   const std::shared_ptr<GsfInput> input = owned(gsf_input_stdio_new(path.c_str(), &error));
-  if (!input) throw BrokenInput(fmt::format("{}: Zeiss file: {}", path, text_of(error)));
+  if (!input) throw BrokenInput("{}: Zeiss file: {}", path, text_of(error));
   GsfInfile* root = gsf_infile_msole_new(input.get(), &error);
   if (root == nullptr)
-    throw BrokenInput(
-        fmt::format("{}: Zeiss file: is truncated, or not an OLE2 file: {}", path, text_of(error)));
+    throw BrokenInput("{}: Zeiss file: is truncated, or not an OLE2 file: {}", path, text_of(error));
   root_ = owned(root);
 }
 
@@ -88,8 +87,7 @@ std::optional<CompoundStream> CompoundFile::find(std::string_view name) const {
 
 CompoundStream CompoundFile::at(std::string_view name) const {
   auto stream = find(name);
-  if (!stream)
-    throw BrokenInput(fmt::format("{}: Zeiss file: has no stream {}; it may be truncated", path_, name));
+  if (!stream) throw BrokenInput("{}: Zeiss file: has no stream {}; it may be truncated", path_, name);
   return *std::move(stream);
 }
 
@@ -97,8 +95,8 @@ std::optional<std::vector<std::byte>> CompoundFile::content(std::string_view nam
   const auto stream = find(name);
   if (!stream) return std::nullopt;
   if (stream->size() > most)
-    throw BrokenInput(fmt::format("{}: Zeiss file: {} has {} bytes, but at most {} are expected", path_, name,
-                                  stream->size(), most));
+    throw BrokenInput("{}: Zeiss file: {} has {} bytes, but at most {} are expected", path_, name,
+                      stream->size(), most);
   std::vector<std::byte> bytes(memory_size(stream->size()));
   stream->read(bytes);
   return bytes;

@@ -65,7 +65,7 @@ class ZeissImages final : public ServedVolume {
 
  private:
   [[noreturn]] void refuse(const std::string& why) const {
-    throw BrokenInput(fmt::format("{}: Zeiss file: {}", files.front(), why));
+    throw BrokenInput("{}: Zeiss file: {}", files.front(), why);
   }
 
   /// Storages have 100 images each; both are numbered from 1 on.
