@@ -181,7 +181,7 @@ class Stresses(SolverTest):
                 if edge == self.RADIUS / 4:
                     self.assertLess(mean, 0.03, (load, order))
                     self.assertLess(whole, 0.07 if order == 1 else 0.03, (load, order))
-                    self.assertLess(u, 0.01, (load, order))
+                    self.assertLess(u, 0.02, (load, order))
 
     def test_the_exact_solution_is_one(self):
         ball, matrix = Isotropic(10, 0.3), Isotropic(1, 0.25)
@@ -202,8 +202,8 @@ class Stresses(SolverTest):
         z, y, x = numpy.mgrid[:41, :41, :41] * (2 * numpy.pi / 20)
         gyroid = numpy.sin(x) * numpy.cos(y) + numpy.sin(y) * numpy.cos(z) + numpy.sin(z) * numpy.cos(x)
         self.put("bone", (1000 * (0.6 - abs(gyroid))).astype(numpy.int16), (0.5, 0.5, 0.5))
-        for order in (1, 2):
-            made = self.mesh("bone.tag", "bone.inp", "--materials", "bone=0:", "--parts", "largest", "--size", "1mm", "--order", order)
+        for order, size in ((1, "1.25mm"), (2, "2mm")):
+            made = self.mesh("bone.tag", "bone.inp", "--materials", "bone=0:", "--parts", "largest", "--size", size, "--order", order)
             self.assertEqual([m["parts"] for m in made["materials"]], [1])
             deck = Deck(self.folder / "bone.inp")
             for surface, axis in (("bone_z_max", 2), ("x_max", 0)):
