@@ -123,6 +123,12 @@ bool UnchangedFiles::are_untouched() const {
                              [](const Known& known) { return is_untouched(known.path, known.status); });
 }
 
+std::vector<std::string> UnchangedFiles::paths() const {
+  std::vector<std::string> paths;
+  for (const Known& known : files_) paths.push_back(known.path);
+  return paths;
+}
+
 std::int64_t UnchangedFiles::last_change() const {
   std::int64_t last = 0;
   for (const Known& known : files_) last = std::max(last, known.status.changed.seconds);

@@ -80,6 +80,7 @@ class UnchangedFiles {
   std::string touched() const;
   /// True if is_untouched() is, for all of them.
   bool are_untouched() const;
+  std::vector<std::string> paths() const;
   /// When the last one of them was changed or touched, in seconds since 1970; 0 if there are none.
   std::int64_t last_change() const;
 

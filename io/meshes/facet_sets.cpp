@@ -73,18 +73,18 @@ std::vector<FacetSet> facet_sets(const MaterialMesh& mesh) {
 
 void check_name(const FormatLimits& limits, const std::string& name, const std::string& file) {
   if (name.size() > limits.longest_name)
-    throw UsageError(fmt::format(
+    throw UsageError(
         "{}: {} files have names of up to {} characters, and \"{}\" has {}; give materials shorter names",
-        file, limits.format, limits.longest_name, name, name.size()));
+        file, limits.format, limits.longest_name, name, name.size());
 }
 
 void check_limits(const FormatLimits& limits, const MaterialMesh& mesh, const std::string& file) {
   for (const auto& [count, what] :
        {std::pair{mesh.point_count(), "points"}, {mesh.element_count(), "tetrahedra"}})
     if (count > limits.most)
-      throw UsageError(fmt::format(
+      throw UsageError(
           "{}: {} files have at most {} {}, and the mesh has {}; choose another format, or a coarser mesh",
-          file, limits.format, limits.most, what, count));
+          file, limits.format, limits.most, what, count);
   for (const MaterialElements& material : mesh.materials) check_name(limits, material.name, file);
 }
 

@@ -24,7 +24,6 @@ class FebioFile final : public MaterialMeshFile {
     if (mesh.element_count() == 0)
       throw UsageError(output_.name() + ": the mesh has no tetrahedra, and FEBio reads no such file");
     const std::vector<FacetSet> sets = facet_sets(mesh);
-    for (const FacetSet& set : sets) check_name(febio_limits, set.name, output_.name());
     text_.put("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- ");
     text_.put(remark_of(mesh));
     text_.put(" -->\n<febio_spec version=\"4.0\">\n  <Module type=\"solid\"/>\n");

@@ -209,8 +209,8 @@ class GmshOutput {
 void check_gmsh_count(std::int64_t count, const char* what, const std::string& name) {
   constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
   if (count > most)
-    throw UsageError(fmt::format(
-        "{}: a Gmsh file has at most {} {}; choose another format, or a coarser mesh", name, most, what));
+    throw UsageError("{}: a Gmsh file has at most {} {}; choose another format, or a coarser mesh", name,
+                     most, what);
 }
 
 void GmshFile::add_points(std::span<const double> xyz, std::span<const std::byte> values) {

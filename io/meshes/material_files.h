@@ -22,8 +22,9 @@ struct FormatLimits {
 inline constexpr FormatLimits abaqus_limits = {"Abaqus", 999'999'999, 80};
 /// Nothing has data, so numbers have 64 bits.
 inline constexpr FormatLimits gmsh_limits = {.format = "Gmsh", .longest_name = 127};
-/// Numbers are ints, and attributes have up to 511 characters.
-inline constexpr FormatLimits febio_limits = {"FEBio", std::numeric_limits<std::int32_t>::max(), 500};
+/// Numbers are ints.
+inline constexpr FormatLimits febio_limits = {.format = "FEBio",
+                                              .most = std::numeric_limits<std::int32_t>::max()};
 /// Numbers are ints. Names are in comments; lines of some readers have up to 255 characters.
 inline constexpr FormatLimits medit_limits = {"Medit", std::numeric_limits<std::int32_t>::max(), 200};
 

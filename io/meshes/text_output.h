@@ -4,7 +4,7 @@
 #include <fmt/compile.h>
 #include <fmt/format.h>
 
-#include <concepts>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -20,10 +20,14 @@ class TextOutput {
  public:
   explicit TextOutput(OutputFile& output) : output_(output), buffer_(std::size_t{1} << 18) {}
 
-  /// REQUIRES: fewer than most_at_once characters.
   void put(std::string_view text) {
-    make_room();
-    end_ = std::copy(text.begin(), text.end(), buffer_.data() + end_) - buffer_.data();
+    while (!text.empty()) {
+      make_room();
+      const std::size_t size = std::min(text.size(), most_at_once);
+      std::copy_n(text.begin(), size, buffer_.begin() + static_cast<std::ptrdiff_t>(end_));
+      end_ += size;
+      text.remove_prefix(size);
+    }
   }
   void put(char c) {
     make_room();

@@ -7,7 +7,6 @@
 
 #include "io/errors/errors.h"
 #include "io/metadata/fields.h"
-#include "io/metadata/loss.h"
 #include "io/metadata/rescale.h"
 #include "io/metadata/text.h"
 #include "io/text/text.h"
@@ -110,77 +109,6 @@ KeyValues pairs_without_places(const Metadata& metadata) {
   KeyValues pairs = metadata.pairs();
   std::erase_if(pairs, [](const auto& pair) { return pair.first == "slice_positions"; });
   return pairs;
-}
-
-namespace {
-
-/// Texts of headers may name a patient, so of a pair that is kept only numbers stay, or a text from here.
-struct KeptPair {
-  std::string_view key;
-  std::string_view text;  ///< instead of what is not numbers; "": the value is kept
-};
-constexpr std::array<KeptPair, 18> kept_pairs = {
-    {{"rescale_slope", "unknown"},
-     {"rescale_intercept", "unknown"},
-     {"rescale_units", ""},
-     {"slice_positions", "unknown"},
-     {"slice_slopes", "unknown"},
-     {"slice_intercepts", "unknown"},
-     {"slice_applied_slopes", "unknown"},
-     {"slice_applied_intercepts", "unknown"},
-     {"dicom_added_intercept", "unknown"},
-     {applied_slope_key, "unknown"},
-     {applied_intercept_key, "unknown"},
-     {"vdb_origin", "unknown"},
-     {"vdb_background", "unknown"},
-     {lossy_source_key, "an earlier compression"},
-     {scale_doubt_key, "what values samples mean is in doubt"},
-     {not_understood_key, "its reader did not understand all of it"},
-     {"given spacing", ""},
-     {"overridden spacing", ""}}};
-
-bool are_numbers(std::string_view text) {
-  const auto words = words_of(text);
-  return std::ranges::all_of(words, [](std::string_view word) { return word == "nan" || number_of(word); });
-}
-
-const KeptPair* kept_pair(const MetadataEntry& entry) {
-  const auto* found = std::ranges::find(kept_pairs, entry.key, &KeptPair::key);
-  return found == kept_pairs.end() ? nullptr : found;
-}
-
-bool is_needed_field(const MetadataEntry& entry) {
-  return entry.kind == MetadataEntry::Kind::field && entry.field != "content" && entry.field != "number";
-}
-
-void add_kept(const MetadataEntry& entry, MetadataEntries& kept) {
-  const KeptPair* found = kept_pair(entry);
-  if (found == nullptr) return;
-  if (found->text.empty() || are_numbers(entry.value))
-    kept.add(entry);
-  else
-    kept.add_written_pair(entry.key, found->text);
-}
-
-}  // namespace
-
-Metadata stripped(const Metadata& metadata) {
-  MetadataEntries kept;
-  for (const MetadataEntry& entry : metadata.entries())
-    if (entry.kind == MetadataEntry::Kind::pair)
-      add_kept(entry, kept);
-    else if (is_needed_field(entry))
-      kept.add(entry);
-  return Metadata(std::move(kept));
-}
-
-bool has_only_needed(const Metadata& metadata) {
-  for (const MetadataEntry& entry : metadata.entries()) {
-    const bool is_pair = entry.kind == MetadataEntry::Kind::pair;
-    if (is_pair ? kept_pair(entry) == nullptr && !entry.key.starts_with("vdb_") : !is_needed_field(entry))
-      return false;
-  }
-  return true;
 }
 
 void add_text(std::string_view text, MetadataEntries& entries) {

@@ -84,9 +84,10 @@ class Metadata {
 /// The pairs that stay true if samples get other places: all but the positions of slices.
 KeyValues pairs_without_places(const Metadata& metadata);
 
-/// The description without what is not needed to understand the samples: of key-value pairs, only slopes, intercepts
-/// and positions of slices stay, where an OpenVDB grid lies, that there are doubts, and that samples have a loss;
-/// comments and the content go. No text of a header and no name of a file stays, except units.
+/// The description without what is not needed to understand the samples: of key-value pairs, only slopes, intercepts,
+/// units and positions of slices stay, given spacings, where an OpenVDB grid lies, that there are doubts, and that
+/// samples have a loss; of fields, those that describe the geometry and the values. Of all these, only numbers stay, and
+/// units and names of spaces that are known: a text of a header may name a person.
 Metadata stripped(const Metadata& metadata);
 /// True if the description has no entries but those, with any text, and those of OpenVDB grids.
 bool has_only_needed(const Metadata& metadata);

@@ -4,6 +4,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <locale>
+#include <stdexcept>
+
+#include "io/text/utf8.h"
 
 namespace tagrid {
 namespace {
@@ -127,6 +131,46 @@ std::string lower_case(std::string_view text) {
   std::string lower(text);
   for (char& c : lower)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return lower;
+}
+
+namespace {
+
+/// Nothing if the system has no locale with the letters of Unicode.
+const std::optional<std::locale>& letters_of_unicode() {
+  static const std::optional<std::locale> letters = [] {
+    for (const char* name : {"C.UTF-8", "C.utf8", "en_US.UTF-8"}) {
+      try {
+        return std::optional(std::locale(name));
+      } catch (const std::runtime_error&) {
+        // The next name may be known.
+      }
+    }
+    return std::optional<std::locale>();
+  }();
+  return letters;
+}
+
+}  // namespace
+
+void append_utf8(std::uint32_t code, std::string& text) {
+  const auto append = [&](std::uint32_t byte) { text += static_cast<char>(byte); };
+  if (code < 0x80) return append(code);
+  const int more = code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;
+  append((0xF0U << (3 - more) & 0xFFU) | code >> 6 * more);
+  for (int i = more - 1; i >= 0; --i) append(0x80U | (code >> 6 * i & 0x3FU));
+}
+
+std::string lower_case_of_unicode(std::string_view text) {
+  const auto& letters = letters_of_unicode();
+  if (!letters || !is_utf8(text)) return lower_case(text);
+  const auto& kinds = std::use_facet<std::ctype<wchar_t>>(*letters);
+  std::string lower;
+  while (!text.empty()) {
+    const Character letter = first_character(text);
+    append_utf8(static_cast<std::uint32_t>(kinds.tolower(static_cast<wchar_t>(letter.code))), lower);
+    text.remove_prefix(letter.bytes);
+  }
   return lower;
 }
 

@@ -48,7 +48,12 @@ std::string quoted(std::string_view text);
 /// "1 file", "3 files".
 std::string counted(std::uint64_t count, std::string_view noun);
 
+/// The letters A to Z become a to z, whatever the locale.
 std::string lower_case(std::string_view text);
+
+/// All letters that have a small form, of any script, as the C library knows them; only A to Z if it knows no letters of
+/// Unicode. Bytes that are not UTF-8 stay.
+std::string lower_case_of_unicode(std::string_view text);
 
 /// True for a path that stays in a folder: relative, without empty parts, ".", ".." and zero bytes.
 bool is_safe_name(std::string_view name);

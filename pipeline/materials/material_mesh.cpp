@@ -103,8 +103,8 @@ MaterialMeshInputs::MaterialMeshInputs(const std::string& input, std::int64_t vo
   labels.emplace(open_source(label_volume));
   const Index3 dims = file.parameters().dims, of_labels = labels->parameters().dims;
   if (!(dims == of_labels))
-    throw UsageError(fmt::format("{}: has {} x {} x {} labels, but {} has {} x {} x {} samples", label_volume,
-                                 of_labels.x, of_labels.y, of_labels.z, input, dims.x, dims.y, dims.z));
+    throw UsageError("{}: has {} x {} x {} labels, but {} has {} x {} x {} samples", label_volume,
+                     of_labels.x, of_labels.y, of_labels.z, input, dims.x, dims.y, dims.z);
 }
 
 Geometry MaterialMeshInputs::geometry() const { return in_one_unit(file.header().metadata.geometry()); }
@@ -116,9 +116,9 @@ Finished<MaterialMeshResult> write_material_mesh(const MaterialMeshRun& run, con
     if (input.empty()) continue;
     // What is missing is reported when it is opened.
     if (!is_regular_input(input) && (input == "-" || without_links(input)))
-      throw UsageError(fmt::format(
+      throw UsageError(
           "{}: a mesh with materials needs a file that is not read in one pass; write it to a file first",
-          input));
+          input);
     refuse_same_file(input, run.output);
   }
   check_output(run.output, options.overwrite);

@@ -16,22 +16,29 @@ namespace {
 
 constexpr int smallest_cube = 4, largest_cube = 128;  // edges of root cubes, in points of the lattice
 constexpr Material no_label = 0;
+
+// As callers of the library and the command line call them.
+constexpr Setting setting_size = {"size", "the size of cubes"},
+                  setting_materials = {"materials", "the materials"},
+                  setting_keep = {"keep", "the materials to keep"}, setting_labels = {"labels", "the labels"},
+                  setting_smooth = {"smooth", "the smoothing of labels"},
+                  setting_order = {"order", "the order of elements"};
 // Between samples, cubes follow interpolation only.
 constexpr int finest_part = 16;
 
 double in_units_of(const MeshLength& wanted, const CommonUnit& unit, const char* what) {
   if (!(wanted.length > 0) || !std::isfinite(wanted.length))
-    throw UsageError(fmt::format("size: {} must be greater than 0", what));
+    throw UsageError("{}: {} must be greater than 0", setting_size, what);
   if (wanted.unit.empty()) return wanted.length;
   const auto from = length_unit(wanted.unit);
   if (!from)
-    throw UsageError(fmt::format("size: '{}' is not a unit of length, such as mm or um", wanted.unit));
+    throw UsageError("{}: '{}' is not a unit of length, such as mm or um", setting_size, wanted.unit);
   const auto to = length_unit(unit.name);
   if (!unit.is_known || !to)
     throw UsageError(
-        fmt::format("size: the file does not state its unit of length; give sizes without '{}', in the units "
-                    "of its spacing",
-                    wanted.unit));
+        "{}: the file does not state its unit of length; give sizes without '{}', in the units "
+        "of its spacing",
+        setting_size, wanted.unit);
   return converted(wanted.length, *from, *to);
 }
 
@@ -49,18 +56,19 @@ void settle_lattice(const TagBricks& file, const Geometry& geometry, const Mater
     for (std::size_t i = 0; i < 3; ++i) steps[a][i] = next[i] - job.settings.origin[i];
     spacing[a] = std::hypot(steps[a][0], steps[a][1], steps[a][2]);
     if (!(spacing[a] > 0) || !std::isfinite(spacing[a]))
-      throw UsageError(fmt::format("{}: the distance of samples along {} is not a number above 0",
-                                   file.name(), "xyz"[axis]));
+      throw UsageError("{}: the distance of samples along {} is not a number above 0", file.name(),
+                       "xyz"[axis]);
   }
   const double smallest = *std::min_element(spacing.begin(), spacing.end());
   job.fine = options.fine ? in_units_of(*options.fine, unit, "the finest edge") : 2 * smallest;
   if (job.fine * finest_part < smallest * (1 - 1e-12))
     throw UsageError(
-        fmt::format("size: {:.6g} is too fine: samples are {:.6g} {}apart, and cubes must have at least "
-                    "1/{} of that",
-                    job.fine, smallest, job.unit.empty() ? "" : job.unit + " ", finest_part));
+        "{}: {:.6g} is too fine: samples are {:.6g} {}apart, and cubes must have at least "
+        "1/{} of that",
+        setting_size, job.fine, smallest, job.unit.empty() ? "" : job.unit + " ", finest_part);
   job.coarse = options.coarse ? in_units_of(*options.coarse, unit, "the coarsest edge") : 8 * job.fine;
-  if (job.coarse < job.fine) throw UsageError("size: the coarsest edge must not be less than the finest one");
+  if (job.coarse < job.fine)
+    throw UsageError("{}: the coarsest edge must not be less than the finest one", setting_size);
   int cube = smallest_cube;
   while (cube < largest_cube && cube * job.fine * (1 - 1e-12) <= job.coarse) cube *= 2;
   job.settings.lattice.cube_size = cube;
@@ -72,14 +80,14 @@ void settle_lattice(const TagBricks& file, const Geometry& geometry, const Mater
         std::floor(static_cast<double>(dims[axis] - 1) * spacing[a] / job.fine * (1 + 1e-12));
     if (!(cubes >= 1))
       throw UsageError(
-          fmt::format("{}: the volume is {:.6g} {}thick along {}, less than the edge of the finest cubes, "
-                      "{:.6g}; choose a "
-                      "smaller size",
-                      file.name(), static_cast<double>(dims[axis] - 1) * spacing[a],
-                      job.unit.empty() ? "" : job.unit + " ", "xyz"[axis], job.fine));
+          "{}: the volume is {:.6g} {}thick along {}, less than the edge of the finest cubes, "
+          "{:.6g}; choose a "
+          "smaller size",
+          file.name(), static_cast<double>(dims[axis] - 1) * spacing[a],
+          job.unit.empty() ? "" : job.unit + " ", "xyz"[axis], job.fine);
     if (cubes > 1 << 20)
-      throw UsageError(
-          fmt::format("size: {:.6g} is too fine: {:.6g} cubes along {}", job.fine, cubes, "xyz"[axis]));
+      throw UsageError("{}: {:.6g} is too fine: {:.6g} cubes along {}", setting_size, job.fine, cubes,
+                       "xyz"[axis]);
     job.settings.lattice.last[axis] = 2 * static_cast<std::int64_t>(cubes);
     job.places.step[a] = job.fine / 2 / spacing[a];
     for (std::size_t i = 0; i < 3; ++i)
@@ -100,9 +108,9 @@ void check_name(const std::string& name) {
   constexpr std::size_t longest = 32;
   if (!is_valid || name.size() > longest)
     throw UsageError(
-        fmt::format("materials: '{}' is not a name of at most {} letters, digits and underscores that begins "
-                    "with a letter",
-                    name, longest));
+        "{}: '{}' is not a name of at most {} letters, digits and underscores that begins "
+        "with a letter",
+        setting_materials, name, longest);
 }
 
 void keep_named(const MaterialMeshOptions& options, MaterialMeshJob& job) {
@@ -115,7 +123,7 @@ void keep_named(const MaterialMeshOptions& options, MaterialMeshJob& job) {
     job.settings.is_kept[material] = true;
   }
   if (!wanted.empty())
-    throw UsageError(fmt::format("keep: no material is called '{}'; there are {}", *wanted.begin(), known));
+    throw UsageError("{}: no material is called '{}'; there are {}", setting_keep, *wanted.begin(), known);
 }
 
 void settle_values(const TagBricks& file, const MaterialMeshOptions& options, MaterialMeshJob& job) {
@@ -128,8 +136,8 @@ void settle_values(const TagBricks& file, const MaterialMeshOptions& options, Ma
   const auto begin_at = [&](double value, const std::string& name) {
     const auto threshold = static_cast<float>(value);
     if (!job.thresholds.empty() && !(threshold > job.thresholds.back()))
-      throw UsageError(
-          fmt::format("materials: {} and {} are the same float32 number", value, job.thresholds.back()));
+      throw UsageError("{}: {} and {} are the same float32 number", setting_materials, value,
+                       job.thresholds.back());
     job.thresholds.push_back(threshold);
     names.push_back(name);
   };
@@ -137,11 +145,11 @@ void settle_values(const TagBricks& file, const MaterialMeshOptions& options, Ma
   if (ranges.front().low > -infinity) names.emplace_back();
   for (const MaterialRange& range : ranges) {
     if (!(range.low < range.high))
-      throw UsageError(
-          fmt::format("materials: {} has no values from {} to {}", range.name, range.low, range.high));
+      throw UsageError("{}: {} has no values from {} to {}", setting_materials, range.name, range.low,
+                       range.high);
     if (range.low < end)
-      throw UsageError(
-          fmt::format("materials: {} begins at {}, but another one ends at {}", range.name, range.low, end));
+      throw UsageError("{}: {} begins at {}, but another one ends at {}", setting_materials, range.name,
+                       range.low, end);
     if (end > -infinity && range.low > end) begin_at(end, "");
     if (range.low == -infinity)
       names.push_back(range.name);
@@ -151,7 +159,8 @@ void settle_values(const TagBricks& file, const MaterialMeshOptions& options, Ma
   }
   if (end < infinity) begin_at(end, "");
   if (job.thresholds.empty())
-    throw UsageError("materials: all values are of one material; give the value at which another one begins");
+    throw UsageError("{}: all values are of one material; give the value at which another one begins",
+                     setting_materials);
   for (std::size_t m = 0; m < names.size(); ++m)
     if (!names[m].empty()) job.names.names.emplace(static_cast<Material>(m), names[m]);
   keep_named(options, job);
@@ -167,24 +176,23 @@ void settle_labels(const TagBricks& file, const MaterialMeshOptions& options, Ma
   constexpr auto largest = std::numeric_limits<Material>::max();
   const SampleType type = file.parameters().type;
   if (is_float_type(type))
-    throw UsageError(
-        fmt::format("{}: labels must be integers, but its samples are {}", file.name(), name_of(type)));
+    throw UsageError("{}: labels must be integers, but its samples are {}", file.name(), name_of(type));
   const auto& total = file.index().total;
   if (total.low < 0 || total.high > largest)
-    throw UsageError(fmt::format("{}: labels must be from 0 to {}, but its samples are from {} to {}",
-                                 file.name(), largest, total.low, total.high));
+    throw UsageError("{}: labels must be from 0 to {}, but its samples are from {} to {}", file.name(),
+                     largest, total.low, total.high);
   if (!file.parameters().is_exact())
     throw UsageError(
-        fmt::format("{}: its samples may be wrong by {}, so they cannot be labels; encode it without "
-                    "a loss",
-                    file.name(), file.parameters().max_error));
+        "{}: its samples may be wrong by {}, so they cannot be labels; encode it without "
+        "a loss",
+        file.name(), file.parameters().max_error);
   if (!(labels.smoothing >= 0 && labels.smoothing <= LabelField::largest_radius))
-    throw UsageError(
-        fmt::format("smooth: {} is not from 0 to {}", labels.smoothing, LabelField::largest_radius));
+    throw UsageError("{}: {} is not from 0 to {}", setting_smooth, labels.smoothing,
+                     LabelField::largest_radius);
   job.label_smoothing = labels.smoothing;
   for (const auto& [label, name] : labels.names) {
     if (label < 0 || label > largest)
-      throw UsageError(fmt::format("labels: {} is not from 0 to {}", label, largest));
+      throw UsageError("{}: {} is not from 0 to {}", setting_labels, label, largest);
     job.names.names.emplace(static_cast<Material>(label), name);
   }
   if (!labels.names.empty()) {
@@ -204,7 +212,7 @@ void settle_labels(const TagBricks& file, const MaterialMeshOptions& options, Ma
 MaterialMeshJob settle_material_mesh(const TagBricks& file, const Geometry& geometry,
                                      const MaterialMeshOptions& options) {
   MaterialMeshJob job;
-  if (options.order != 1 && options.order != 2) throw UsageError("order: must be 1 or 2");
+  if (options.order != 1 && options.order != 2) throw UsageError("{}: must be 1 or 2", setting_order);
   job.settings.order = options.order;
   if (options.prefers_angles) job.settings.rule = best_angles;
   settle_lattice(file, in_one_unit(geometry), options, job);
@@ -216,7 +224,7 @@ MaterialMeshJob settle_material_mesh(const TagBricks& file, const Geometry& geom
   for (const auto& [material, name] : job.names.names) {
     check_name(name);
     if (!seen.insert(lower_case(name)).second)
-      throw UsageError(fmt::format("materials: two are called '{}', if case is ignored", name));
+      throw UsageError("{}: two are called '{}', if case is ignored", setting_materials, name);
   }
   if (!options.region.is_all()) {
     const Domain& domain = file.parameters().domain();

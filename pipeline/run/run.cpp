@@ -1,7 +1,11 @@
 #include "pipeline/run/run.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "io/errors/errors.h"
 #include "io/files/open_source.h"
@@ -254,6 +258,28 @@ VerifyResult require_result(const EncodeRun& run, const EncodeJob& job, const Vo
   return found;
 }
 
+namespace {
+
+/// Throws BrokenInput if other files make it another volume than the one of these files, which did not change.
+void require_same_volume(const std::string& input, const SourceDescription& source,
+                         const UnchangedFiles& files) {
+  std::vector<std::string> now;
+  try {
+    now = open_volume(input, source)->files();
+  } catch (const Error& error) {
+    throw BrokenInput(
+        fmt::format("{}; this changed while {} was being read; encode it again", error.what(), input));
+  }
+  std::vector<std::string> before = files.paths();
+  std::ranges::sort(before);
+  for (const std::string& file : now)
+    if (!std::ranges::binary_search(before, file))
+      throw BrokenInput(
+          fmt::format("{}: became a file of {} while that was being read; encode it again", file, input));
+}
+
+}  // namespace
+
 void verify_encoding(const std::string& input, const SourceDescription& source, const std::string& encoded,
                      const UnchangedFiles& files, const Resources& resources) {
   try {
@@ -271,6 +297,7 @@ void verify_encoding(const std::string& input, const SourceDescription& source, 
     files.require();
     if (const std::string touched = files.touched(); !touched.empty())
       throw BrokenInput(touched + ": was changed while it was being read");
+    require_same_volume(input, source, files);
     throw std::runtime_error(std::string(broken.what()) + "; the input was kept");
   }
   files.require();

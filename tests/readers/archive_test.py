@@ -289,10 +289,12 @@ class Archive(ReaderTest):
         for z in range(3):
             tifffile.imwrite(self.path(f"a\tmax-error={z}.tif"), self.volume(1)[0])
             tifffile.imwrite(self.path(f"b{z}.tif"), self.volume(1)[0])
+        tifffile.imwrite(self.path("n\nn.tif"), self.volume(1)[0])
         run = self.find()
         lines = [line for line in run.stdout.splitlines() if not line.startswith("#")]
         self.assertEqual([line.split("\t")[1:] for line in lines], [["dataset=/c", "output=a.h5/c"], ["series=b#.tif", "output=b#.tif"]])
-        self.assertIn("a tab or a line end", run.stderr)
+        self.assertIn("n\\nn.tif: a name has a tab or a line end, which a list cannot have; rename it, or give this volume to tagrid "
+                      "encode", run.stderr)
 
     def test_stacks_with_numbered_names_are_volumes_of_their_own(self):
         for i in range(3):

@@ -375,14 +375,21 @@ class DicomExport(ReaderTest):
         self.encode("s", "--strip", name="b")
         self.write_nrrd("c.nrrd", volume(shape=(4, 9, 11)).astype("uint16"))
         self.encode("c.nrrd", name="c")
+        for name, samples in (("f", bytes(range(8))), ("g", b"x" * 4)):
+            (self.folder / f"{name}.raw").write_bytes(samples)
+            self.encode(f"{name}.raw", "--dims", f"1,1,{len(samples)}", "--type", "uint8", name=name)
         self.encode("s", name="z")
         (self.folder / "tags/d.tag").write_bytes((self.folder / "tags/z.tag").read_bytes()[:-5000])
         run = self.tagrid("archive", "export", "tags", "name=*", "--format", "dicom", "-o", "out")
         self.assertEqual(run.returncode, 65, run.stderr)
         self.assertIn("tagrid: b.tag: ", run.stderr)
-        self.assertIn("keeps no source files", run.stderr)
-        self.assertIn("tagrid: c.tag: c.nrrd: DICOM file: is none, and only DICOM series are exported as DICOM", run.stderr)
-        self.assertIn("3 volumes could not be exported", run.stderr)
+        self.assertIn("keeps no source files, whose headers a DICOM series needs: it was not made from DICOM files, or without",
+                      run.stderr)
+        # Whatever is behind the header, or no header at all.
+        for name in ("c.tag: c.nrrd", "f.tag: f.raw", "g.tag: g.raw"):
+            self.assertIn(f"tagrid: {name}: is not a DICOM file, and only volumes from DICOM files can become a DICOM series; "
+                          "choose another format", run.stderr)
+        self.assertIn("5 volumes could not be exported", run.stderr)
         self.assertEqual({str(path) for path in content(self.folder / "out")},
                          {f"{name}/i{z:03}.dcm" for name in ("2019/knee", "z") for z in range(4)})
 

@@ -62,6 +62,69 @@ class DicomOdd(ReaderTest):
         self.assertIn(text, run.stderr)
         self.assertEqual((self.folder / path).read_bytes(), before)
 
+    def pairs(self, *paths):
+        """Those of a volume, which comes back byte for byte."""
+        return self.encoded(*paths)[1]["source"]["pairs"]
+
+    def test_letters_of_every_character_set_become_utf_8(self):
+        """As pydicom reads them, and as they were written."""
+        for sets, name in (("ISO_IR 100", "Müller^Jörg"), ("ISO_IR 101", "Dvořák^Antonín"), ("ISO_IR 109", "Ħal^Ġorġ"),
+                           ("ISO_IR 110", "Āboliņš^Jānis"), ("ISO_IR 144", "Люкceмбypг"), ("ISO_IR 127", "قباني^لنزار"),
+                           ("ISO_IR 126", "Διονυσιος"), ("ISO_IR 138", "שרון^דבורה"), ("ISO_IR 148", "Çavuşoğlu"),
+                           ("ISO_IR 166", "สมชาย"), ("ISO_IR 13", "ﾔﾏﾀﾞ^ﾀﾛｳ"), ("ISO_IR 192", "Wang^XiaoDong=王^小东"),
+                           ("GB18030", "Wang^XiaoDong=王^小东"), ("GBK", "Wang^XiaoDong=王^小东"), ("ISO 2022 IR 100", "Müller^Jörg"),
+                           (["", "ISO 2022 IR 87"], "Yamada^Tarou=山田^太郎=やまだ^たろう"),
+                           (["ISO 2022 IR 13", "ISO 2022 IR 87"], "ﾔﾏﾀﾞ^ﾀﾛｳ=山田^太郎=やまだ^たろう"),
+                           (["", "ISO 2022 IR 87", "ISO 2022 IR 159"], "Yamada^Tarou=丂田^太郎"),
+                           (["", "ISO 2022 IR 149"], "Hong^Gildong=洪^吉洞=홍^길동"),
+                           (["ISO 2022 IR 100", "ISO 2022 IR 144"], "Müller^Jörg=Люкceмбypг")):
+            file = data_set(volume()[0], SpecificCharacterSet=sets, PatientName=name, StudyDescription=name.split("=")[-1] + " 7",
+                            # pydicom does not repeat escape sequences in each line, as the standard wants it.
+                            PatientComments="\r\n".join([name.split("=")[-1]] * (2 if isinstance(sets, str) else 1)),
+                            OperatorsName=[name, "Doe^Jane", name])
+            self.save("a.dcm", file)
+            pairs, seen = self.pairs("a.dcm"), pydicom.dcmread(self.folder / "a.dcm")
+            self.assertEqual((pairs["dicom_PatientName"], str(seen.PatientName)), (name, name), sets)
+            self.assertEqual(pairs["dicom_OperatorsName"], "\\".join(map(str, seen.OperatorsName)), sets)
+            for attribute in ("StudyDescription", "PatientComments"):
+                self.assertEqual(pairs[f"dicom_{attribute}"], str(seen[attribute].value).replace("\r", ""), sets)
+            self.assertEqual(self.messages, "", sets)
+
+    def test_a_set_that_holds_by_an_escape_sequence_ends_where_the_standard_says(self):
+        def check(sets, written, read):
+            placeholder = "x" * len(written)
+            self.save("a.dcm", data_set(volume()[0], SpecificCharacterSet=sets, PatientName=placeholder),
+                      (placeholder.encode(), written))
+            self.assertEqual(self.pairs("a.dcm")["dicom_PatientName"], read)
+
+        check(["", "ISO 2022 IR 58"], b"Zhang^XiaoDong=\x1b$)A\xd5\xc5^\x1b$)A\xd0\xa1\xb6\xab", "Zhang^XiaoDong=张^小东")
+        check("ISO_IR 203", b"\xbcuvre\xa4 ", "Œuvre€")  # pydicom does not know it
+        # The second byte of a letter may be that of a delimiter.
+        check(["", "ISO 2022 IR 87"], b"A=\x1b$B%=\x1b(B^\x1b$B%^\x1b(B ", "A=ソ^マ")
+        check(["ISO 2022 IR 100", "ISO 2022 IR 126"], b"\xe4\x1b-F\xe4=\xe4^\xe4", "äδ=ä^ä")
+        # Other spellings are met.
+        check("ISO_IR_100", b"M\xfcller", "Müller")
+        check("ISO-IR 144", b"\xbb\xee\xda ", "Люк")
+
+    def test_bytes_that_are_no_letters_are_kept_and_said(self):
+        for sets, written in (("ISO_IR 192", b"M\xfcller"), ("ISO_IR 100", b"M\x81ller"), (["", "ISO 2022 IR 87"], b"\x1b$B;3E"),
+                              (["", "ISO 2022 IR 149"], b"\xc8\xab"), ("ISO_IR 4711", b"M\xfcller"), (None, b"M\xfcller"),
+                              (["", "ISO 2022 IR 87"], b"\x1b$X;3\x1b(B"), ("GB18030", b"\xff\xff")):
+            placeholder = "x" * len(written)
+            more = {"SpecificCharacterSet": sets} if sets else {}
+            self.save("a.dcm", data_set(volume()[0], PatientName=placeholder, StudyDescription="Knie", **more),
+                      (placeholder.encode(), written))
+            pairs = self.pairs("a.dcm")
+            escaped = re.sub(rb"[^ -~]", lambda byte: f"\ufffd{byte[0][0]:02X}".encode(), written).decode()
+            self.assertEqual(pairs["dicom_PatientName"], escaped)
+            self.assertEqual(pairs["dicom_StudyDescription"], "Knie")
+            self.assertIn("a.dcm: PatientName has bytes that are not letters of its character set (SpecificCharacterSet is ",
+                          self.messages, written)
+        # The other texts of the file are read all the same.
+        self.save("a.dcm", data_set(volume()[0], SpecificCharacterSet="ISO_IR 100", PatientName="xxxxxx", StudyDescription="Übung"),
+                  (b"xxxxxx", b"M\x81ller"[:6]))
+        self.assertEqual(self.pairs("a.dcm")["dicom_StudyDescription"], "Übung")
+
     def test_numbers_with_a_decimal_comma_are_read(self):
         truth = volume()[:1]
         for attribute, text, slope, intercept in (("RescaleSlope", "8.75", 8.75, -1024), ("RescaleIntercept", "-87.5", 1, -87.5)):

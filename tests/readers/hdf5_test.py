@@ -50,6 +50,17 @@ class Hdf5(ReaderTest):
         self.assertEqual(content[offset:offset + truth.nbytes], truth.tobytes())
         self.encodes(truth, "a.h5", "--dataset", "data")
 
+    def test_a_file_with_a_data_set_that_was_not_encoded_stays_and_that_is_named(self):
+        self.write("a.h5", entry__a=volume(), entry__b=volume(shape=(40, 70, 71)), entry__c=volume(shape=(40, 70, 71)))
+        self.assert_refused(64, "more than the", "encode", "a.h5", "--dataset", "entry/a", "-o", "a.tag", "--rm")
+        self.assert_refused(64, "(the file also has /entry/b, /entry/c); leave out --rm", "encode", "a.h5", "--dataset", "/entry/a",
+                            "-o", "a.tag", "--rm")
+        (self.folder / "list.tsv").write_text("a.h5\tdataset=/entry/a\n")
+        self.ok("convert", "--manifest", "list.tsv", "--output-dir", "tags")
+        self.assert_refused(65, "(the file also has /entry/b, /entry/c); it is kept", "convert", "--manifest", "list.tsv",
+                            "--output-dir", "tags", "--remove-verified")
+        self.assertTrue((self.folder / "a.h5").exists())
+
     def test_matlab_files_of_version_7_3_are_hdf5_and_older_ones_are_refused_by_name(self):
         """The first index of an array A(i, j, k) in MATLAB counts fastest in a file: x, y, z = i - 1, j - 1, k - 1."""
         array = volume(shape=(20, 31, 7))

@@ -157,7 +157,7 @@ class N5(ReaderTest):
                 tifffile.imwrite(folder / f"s{z}.tif", slice)
             self.assertEqual(found(), [["/d/slices", *(["from=tiff"] if is_n5 else []), "series=s#.tif"]], attributes)
             if is_n5:
-                self.assertIn(": N5: ", self.assert_refused(65, "", "encode", "d/slices"))
+                self.assertIn(": N5: ", self.assert_refused(65, "; if the slices of TIFF beside it are meant, give --from tiff", "encode", "d/slices"))
             self.encodes(truth, "d/slices", *(["--from", "tiff"] if is_n5 else []), what=attributes)
         # A container with a volume has its files for itself.
         (folder / "attributes.json").write_text(' {"n5": "2.5.1", "x": [[[1]]]}')

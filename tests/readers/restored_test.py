@@ -283,6 +283,43 @@ for request in map(json.loads, sys.stdin):
             self.assertEqual((self.folder / "scan.change").exists(), run.returncode != 0)
         self.assertIn(65, codes)
 
+    def test_another_file_that_breaks_or_comes_between_encoding_and_verification(self):
+        """It is named, and is not a bug of the program."""
+        self.write("tagrid-read-change", b"""#!/usr/bin/python3
+import json, os, sys
+def describe(path):
+    folder = os.path.dirname(path)
+    with open(path + ".opened", "a+") as file:
+        file.write("x")
+        if file.tell() < int(os.environ["TAGRID_CHANGE_AT"]):
+            return {"answer": "volume", "dims": [11, 9, 4], "type": "uint16", "places": [{"slices": 4}], "complete": True}
+    if os.environ["TAGRID_CHANGE"] == "breaks":
+        return {"answer": "error", "kind": "input", "message": folder + "/other.change: is damaged"}
+    with open(folder + "/new.change", "wb") as file:
+        file.write(bytes(198))
+    return {"answer": "volume", "dims": [11, 9, 5], "type": "uint16", "files": [path, folder + "/new.change"],
+            "places": [{"slices": 4}, {"file": 1, "slices": 1}], "complete": True}
+print(json.dumps({"tagrid-reader": 1, "name": "change", "version": "1"}), flush=True)
+for request in map(json.loads, sys.stdin):
+    print(json.dumps(describe(request["path"])), flush=True)
+""")
+        os.chmod(self.folder / "tagrid-read-change", 0o755)
+        for change, said in (("breaks", "/other.change: is damaged"), ("comes", "/new.change: became a file of ")):
+            seen = set()
+            for change_at in range(2, 9):
+                self.write("scan.change", self.volume())
+                for old in ("scan.change.opened", "scan.tag", "new.change"):
+                    (self.folder / old).unlink(missing_ok=True)
+                run = subprocess.run([PROGRAM, "encode", self.folder / "scan.change", "-o", "scan.tag", "--rm"], cwd=self.folder, text=True,
+                                     stderr=subprocess.PIPE,
+                                     env=os.environ | {"TAGRID_READER_PATH": str(self.folder), "TAGRID_CHANGE_AT": str(change_at),
+                                                       "TAGRID_CHANGE": change})
+                self.assertNotIn("bug", run.stderr)
+                self.assertIn(run.returncode, (0, 64, 65), run.stderr)
+                self.assertEqual((self.folder / "scan.change").exists(), run.returncode != 0, run.stderr)
+                seen |= {line for line in (said, "while") if line in run.stderr} if run.returncode == 65 else set()
+            self.assertEqual(seen, {said, "while"})
+
     def test_removal_and_verification_look_at_every_byte(self):
         self.dicom_series("overlay", False)
         before = {name: self.bytes(f"s/{name}") for name in self.files("s")}

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "io/errors/errors.h"
 #include "io/files/output_file.h"
@@ -91,8 +92,9 @@ struct ConversionAccount {
   const RunOptions& run;
   LineFile& results;
   ListMeter& meter;
-  std::unique_ptr<KeyFile> keys;
+  KeyFile* keys = nullptr;  ///< null: the archive has names
   ConversionSums sums = {};
+  std::set<std::string> reasons = {};  ///< of failures, without names of volumes, that were told
 
   /// A record as the archive has it: without names if there is a key file, which then has the rest.
   std::string in_archive(const std::string& record) const {
@@ -124,10 +126,22 @@ struct ConversionAccount {
             why.is_string() ? why.get<std::string>() : "an earlier run did not record why");
     }
     const bool bad = json.at("code").get<int>() != exit_ok;
-    // "out of memory" names no file, but a list has many volumes.
-    const bool is_named = error.find(line.input) != error.npos || error.find(line.output) != error.npos;
-    if (bad) say_line("tagrid: " + (is_named ? "" : line.input + ": ") + error);
+    if (bad) tell_of_failure(line, error);
     if (!bad && run.is_verbose()) say_line(line.input + ": " + status);
+  }
+
+  /// A wrong option of the command fails for all lines: the reason is told once, if it is long.
+  void tell_of_failure(const ManifestLine& line, const std::string& error) {
+    constexpr std::size_t short_reason = 80;
+    std::string reason = error;
+    for (const std::string& name : {line.input, line.output})
+      for (std::size_t at; (at = reason.find(name)) != reason.npos;) reason.erase(at, name.size());
+    // "out of memory" names no file, but a list has many volumes.
+    const bool is_named = reason.size() < error.size();
+    if (reason.size() > short_reason && !reasons.insert(reason).second)
+      say_line("tagrid: " + line.input + ": fails for the same reason");
+    else
+      say_line("tagrid: " + (is_named ? "" : line.input + ": ") + error);
   }
 };
 
@@ -166,7 +180,7 @@ void require_shared_folder(Ranks& ranks, const std::string& folder) {
 }
 
 /// The key file, which exists; nothing if there is none.
-std::unique_ptr<KeyFile> keys_of(const ConversionOptions& options) {
+std::unique_ptr<KeyFile> key_file_of(const ConversionOptions& options) {
   return options.keys.empty() ? nullptr : std::make_unique<KeyFile>(options.keys);
 }
 
@@ -186,11 +200,14 @@ void share_lines(Ranks& ranks, const ConversionOrder& order, ListMeter& meter, C
   std::unique_ptr<KnownOutputs> known;
   // Every rank reads the records before any rank writes to them.
   all_do(ranks, [&] {
-    keys = keys_of(order.options);
+    keys = key_file_of(order.options);
     known = std::make_unique<KnownOutputs>(order.options.output_dir, keys.get());
     known->require_these_keys();
   });
-  if (account != nullptr) warn_of_unreadable(order.options.run, *known);
+  if (account != nullptr) {
+    account->keys = keys.get();
+    warn_of_unreadable(order.options.run, *known);
+  }
   SharedWork shared;
   LateSyncs syncs(account != nullptr ? &account->results : nullptr);
   const EncodingPass pass{order.options, order.options.run.resources(ranks), *known, shared.stop, meter,
@@ -206,7 +223,7 @@ void share_lines(Ranks& ranks, const ConversionOrder& order, ListMeter& meter, C
       known->require_these_keys();
     }
     try {
-      known->read_more();  // other runs may be at the same outputs
+      if (!keys) known->read_more();  // other runs may be at the same outputs
       record.json["sequence"] = known->next_sequence(line.output);
       encode_line(pass, line, record.json);
     } catch (const std::exception&) {
@@ -237,7 +254,7 @@ ConversionSums encode_lines(Ranks& ranks, const std::vector<ManifestLine>& lines
   const ConversionOrder order{lines, options};
   send_order(ranks, packed_order(order));
   ListMeter meter(options.run.progress, options.run.quiet, lines.size());
-  ConversionAccount account{options.run, results, meter, keys_of(options)};
+  ConversionAccount account{options.run, results, meter};
   share_lines(ranks, order, meter, &account);
   return account.sums;
 }
@@ -257,13 +274,13 @@ void obey_conversion(Ranks& ranks, const Bytes& bytes) {
 ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLine>& lines,
                                 const std::vector<ManifestLine>& all, const ConversionOptions& options,
                                 LineFile& results) {
-  const std::unique_ptr<KeyFile> keys = keys_of(options);
+  const std::unique_ptr<KeyFile> keys = key_file_of(options);
   KnownOutputs known(options.output_dir, keys.get());
   known.require_these_keys();
   warn_of_unreadable(options.run, known);
   ListMeter meter(options.run.progress, options.run.quiet, lines.size());
   RemovalPass pass(all, options, options.run.resources(ranks), known, meter);
-  ConversionAccount account{options.run, results, meter, keys_of(options)};
+  ConversionAccount account{options.run, results, meter, keys.get()};
   for (const ManifestLine& line : lines) {
     known.read_more();  // other runs may be at the same outputs
     LineRecord record(line, options.output_dir, known.next_sequence(line.output));

@@ -282,7 +282,7 @@ class Finder {
                       const std::string& details = "") {
     try {
       const auto volume = open_volume(path, encoding_of(options, run_).source);
-      if (is_known(*volume, format) || is_of_a_listed_set(path, *volume)) return;
+      if (note_files(*volume, format) || is_of_a_listed_set(path, *volume)) return;
       const VolumeInfo& info = volume->info();
       if (const std::string& name = volume->facts().lasting_name; !name.empty())
         options.emplace("series", name);  // another one may come into the directory
@@ -358,7 +358,7 @@ class Finder {
     try {
       for (const std::size_t number : {std::size_t{1}, may_be_short ? count : 1}) {
         const auto volume = open_volume(path, encoding_of({{option, std::to_string(number)}}, run_).source);
-        is_known(*volume, format);
+        note_files(*volume, format);
         text = fmt::format("{}, {}", described(volume->info().dims, volume->info().type), format.help);
         type = name_of(volume->info().type);
         subject = subject_of(volume->info().metadata);
@@ -372,8 +372,8 @@ class Finder {
                   format.name == "dicom");
   }
 
-  /// Notes the files of a volume. True if a DICOMDIR has listed it.
-  bool is_known(const VolumeSource& volume, const Format& format) {
+  /// Notes the files of a volume. Returns true if a DICOMDIR has listed it.
+  bool note_files(const VolumeSource& volume, const Format& format) {
     const std::vector<std::string>& files = volume.files();
     if (format.name == "dicom") {
       if (used_images_ != nullptr)

@@ -80,8 +80,12 @@ void FoundLines::give(const fs::path& path, const OptionTexts& options, const st
                       const Subject& subject, const std::string& type, bool is_dicom) {
   ++volumes_;
   if (!fits_a_line(path, options))
-    return use_({path, options, "",
-                 path.string() + ": a name has a tab or a line end, which a list cannot have", Kind::broken});
+    return use_(
+        {path, options, "",
+         path.string() +
+             ": a name has a tab or a line end, which a list cannot have; rename it, or give this volume "
+             "to tagrid encode",
+         Kind::broken});
   if (names_ == nullptr) return use_({path, options, output_of(path, options), text});
   const fs::path place = is_directory_of_dicom(path) ? path.parent_path() : path;
   const std::string output =

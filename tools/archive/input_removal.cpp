@@ -1,6 +1,7 @@
 #include "tools/archive/input_removal.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -87,6 +88,27 @@ std::string lost_of_content(const TagBricks& file, const Format& format, Numbers
   return "";
 }
 
+/// The other data sets of a file of which one was chosen: "/b, /c and 7 more"; "" if there are none.
+std::string others_in_file(const std::string& input, SourceDescription source) {
+  constexpr std::size_t most = 3;
+  if (source.dataset.empty() || is_folder(input)) return "";
+  const fs::path own = fs::path("/") / source.dataset;
+  source.dataset.clear();
+  source.known = nullptr;
+  std::vector<std::string> others;
+  try {
+    open_volume(input, source);
+  } catch (const UsageError& error) {
+    for (const Choice& choice : error.detail().choices)
+      if (fs::path("/") / choice.name != own) others.push_back(choice.name);
+  }
+  const std::size_t shown = std::min(others.size(), most);
+  const std::string more =
+      others.size() > shown ? fmt::format(" and {} more", others.size() - shown) : std::string();
+  return fmt::format(
+      "{}{}", fmt::join(others.begin(), others.begin() + static_cast<std::ptrdiff_t>(shown), ", "), more);
+}
+
 void require_untouched(const UnchangedFiles& files) {
   files.require_opened();
   if (const std::string file = files.touched(); !file.empty())
@@ -171,11 +193,13 @@ void require_replaceable(const std::string& input, const Replacement& by, const 
            fmt::format("or {}", advice).c_str());
 }
 
-void require_files_come_back(const std::string& input, const SourceFacts& facts, bool keeps_files,
-                             const char* advice) {
-  const SourceFiles source = source_files(facts);
-  if (const std::string why = source.why_not_restorable(); !why.empty())
+void require_files_come_back(const std::string& input, const SourceDescription& source,
+                             const SourceFacts& facts, bool keeps_files, const char* advice) {
+  if (std::string why = source_files(facts).why_not_restorable(); !why.empty()) {
+    if (const std::string others = others_in_file(input, source); !others.empty())
+      why += fmt::format(" (the file also has {})", others);
     refuse(input, fmt::format("its files could not be restored byte for byte: {}", why), advice);
+  }
   // Samples alone have names and a byte order, too.
   if (!keeps_files) refuse(input, "--strip drops its files, so they could not be restored", advice);
 }

@@ -43,8 +43,8 @@ void require_replaceable(const std::string& input, const Replacement& by, const 
 /// Files are removed only if every byte comes back, except that samples may have the error that was asked
 /// for. Throws UsageError for others, such as files with compressed samples. `keeps_files`: the encoding
 /// keeps the files; with --strip it does not.
-void require_files_come_back(const std::string& input, const SourceFacts& facts, bool keeps_files,
-                             const char* advice);
+void require_files_come_back(const std::string& input, const SourceDescription& source,
+                             const SourceFacts& facts, bool keeps_files, const char* advice);
 /// True if a volume that is encoded with these options can be restored within a bound.
 bool has_bound(const EncodeOptions& options);
 /// Throws UsageError if these options give no bound. `option` is the one that asks for the removal.

@@ -188,6 +188,18 @@ std::optional<ordered_json> KeyFile::half_called(const std::string& digits) {
   return found == by_digits_.end() ? std::nullopt : half_at(found->second, places_.at(found->second));
 }
 
+void KeyFile::require_writable() const {
+  try {
+    const OutputLock lock(path_);
+    LineFile lines(path_);
+  } catch (const WorldError& error) {
+    throw WorldError(fmt::format(
+        "{}: convert adds the names of every volume to the key file, and cannot ({}); make the file and its "
+        "directory writable",
+        path_, error.what()));
+  }
+}
+
 void KeyFile::append(const std::string& digits, const ordered_json& half) {
   const OutputLock lock(path_);
   LineFile lines(path_);
@@ -197,6 +209,7 @@ void KeyFile::append(const std::string& digits, const ordered_json& half) {
 }
 
 ordered_json KeyFile::sealed(ordered_json record) {
+  const std::lock_guard lock(mutex_);
   ordered_json half = {{"output", record.at("output")}, {"input", record.at("input")}};
   if (const auto subject = record.find(subject_key); subject != record.end()) {
     half.update(*subject);
@@ -229,6 +242,7 @@ bool KeyFile::has_sealed(std::string_view line) const {
 std::optional<std::string> KeyFile::opened(std::string_view line) {
   ordered_json record = ordered_json::parse(line, nullptr, false);
   if (!record.is_object()) return std::nullopt;
+  const std::lock_guard lock(mutex_);
   const std::string digits = digits_in(record.value("input", ordered_json()));
   const auto half = digits.empty() ? std::nullopt : half_called(digits);
   if (!half) return std::nullopt;

@@ -7,6 +7,7 @@
 #include <initializer_list>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -22,6 +23,7 @@ bool is_sealed(std::string_view line);
 
 /// The file has lines of JSON: first {"event": "key", "secret": ...}, then halves of records: {"keyed": DIGITS,
 /// "output": ..., "input": ..., "patient": ...}. The last half of an output is the newest. Several runs may add to it.
+/// Two threads may use it: one that encodes, and one that takes the records of other ranks.
 class KeyFile {
  public:
   /// Opens the file. If it does not exist and this `creates` it, only its owner may read it. Throws WorldError, and
@@ -29,6 +31,8 @@ class KeyFile {
   explicit KeyFile(const std::string& path, bool creates = false);
 
   const std::string& path() const { return path_; }
+  /// Throws WorldError if no halves can be added.
+  void require_writable() const;
   /// True if others than its owner may read it.
   bool is_open_to_others() const;
 
@@ -60,6 +64,7 @@ class KeyFile {
   std::optional<nlohmann::ordered_json> half_called(const std::string& digits);
 
   std::string path_, secret_;
+  std::mutex mutex_;  ///< held by sealed() and opened()
   LinesRead read_;
   std::shared_ptr<const ByteSource> file_;
   std::map<std::uint64_t, std::size_t> places_;  ///< of halves, with their sizes

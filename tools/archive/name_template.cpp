@@ -54,12 +54,21 @@ constexpr std::array<Field, 9> fields = {{
     {"study_date", false, [](const NamedVolume& volume) { return date_of(volume.subject.study_date); }},
     {"modality", false, [](const NamedVolume& volume) { return code_of(volume.subject.modality); }},
     {"type", false, [](const NamedVolume& volume) { return volume.type; }},
-    {hash_field, false, [](const NamedVolume&) { return std::string(); }},
+    {hash_field, false, [](const NamedVolume&) { return std::string(); }},  // the last one of the list
 }};
 
 const Field* field_called(std::string_view name) {
   const auto* found = std::ranges::find(fields, name, &Field::name);
   return found == fields.end() ? nullptr : found;
+}
+
+/// "{patient}, {study_date}": those that a name may have with or without a key file.
+std::string list_of_fields(const KeyFile* keys) {
+  std::vector<std::string> names;
+  for (const Field& one : fields)
+    if (keys == nullptr || !one.is_identifying) names.push_back(fmt::format("{{{}}}", one.name));
+  if (keys == nullptr) names.back() += " (with --keys)";
+  return fmt::format("{}", fmt::join(names, ", "));
 }
 
 /// Characters that paths have no place for, or Windows and the servers of its shares have not.
@@ -111,19 +120,17 @@ NameTemplate::NameTemplate(const std::string& text, const KeyFile* keys) : keys_
     if (text[begin] == '}' || end == text.npos) refuse(text, "a brace has no other one; write {field}");
     const std::string name = text.substr(begin + 1, end - begin - 1);
     const Field* field = field_called(name);
-    std::vector<std::string_view> names;
-    for (const Field& one : fields)
-      if (keys_ == nullptr ? one.name != hash_field : !one.is_identifying) names.push_back(one.name);
     if (field == nullptr)
-      refuse(text, fmt::format("there is no field {}; fields are {}", name, fmt::join(names, ", ")));
+      refuse(text, fmt::format("there is no field {{{}}}; fields are {}", name, list_of_fields(keys_)));
     if (name == hash_field && keys_ == nullptr) refuse(text, "{hash} needs a key; give --keys FILE");
     if (field->is_identifying && keys_ != nullptr)
       refuse(text, fmt::format("{{{}}} identifies a patient, which no name may with --keys; fields are {}",
-                               name, fmt::join(names, ", ")));
+                               name, list_of_fields(keys_)));
     parts_.push_back({true, name});
     at = end + 1;
   }
-  if (std::ranges::none_of(parts_, &Part::is_field)) refuse(text, "has no field, such as {study_date}");
+  if (std::ranges::none_of(parts_, &Part::is_field))
+    refuse(text, fmt::format("has no field; fields are {}", list_of_fields(keys_)));
   std::size_t size = 0;
   std::string example;  // a name of the list must be possible
   for (const Part& part : parts_) {

@@ -16,6 +16,7 @@
 #include "io/files/file_bytes.h"
 #include "io/system/files.h"
 #include "io/text/text.h"
+#include "io/text/utf8.h"
 
 namespace tagrid {
 namespace {
@@ -104,10 +105,7 @@ std::string unescaped(std::string_view text) {
       const char* to = text.data() + std::min<std::size_t>(text.size(), is_json ? 6 : 10);
       const char* end = std::from_chars(from, std::max(from, to), code, is_hex ? 16 : 10).ptr;
       if (code > 0 && code < 0x10000) {
-        if (code >= 0x800) out += static_cast<char>(0xe0 | code >> 12);
-        if (code >= 0x80)
-          out += static_cast<char>(code >= 0x800 ? 0x80 | (code >> 6 & 0x3f) : 0xc0 | code >> 6);
-        out += static_cast<char>(code >= 0x80 ? 0x80 | (code & 0x3f) : code);
+        append_utf8(code, out);
         text.remove_prefix(static_cast<std::size_t>(end - text.data()));
         if (!is_json && text.starts_with(';')) text.remove_prefix(1);
         continue;

@@ -268,7 +268,7 @@ void RemovalPass::verify(const Volume& volume, archive::Facts& facts) {
   require_replaceable(
       input, {max_error, known.headerless, options_.trust_description, why_not_understood(original->facts())},
       "it is kept");
-  require_files_come_back(input, original->facts(), !was.options.strip, "it is kept");
+  require_files_come_back(input, source, original->facts(), !was.options.strip, "it is kept");
   // The bound is not enough of a check: a later version of the original may be within it, too.
   if (checksum_text(checksum_of_samples(*open_volume(input, source))) != known.input_checksum) {
     facts.input = archive::Input::changed;

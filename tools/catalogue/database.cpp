@@ -2,6 +2,8 @@
 
 #include <sqlite3.h>
 
+#include "io/text/text.h"
+
 namespace tagrid {
 namespace {
 
@@ -10,6 +12,14 @@ constexpr int milliseconds_to_wait = 10'000;  // for another process that writes
 DatabaseError error_of(sqlite3* database) {
   const int code = sqlite3_errcode(database);
   return {sqlite3_errmsg(database), code == SQLITE_NOTADB || code == SQLITE_CORRUPT || code == SQLITE_ERROR};
+}
+
+void lower_case_of_value(sqlite3_context* context, int, sqlite3_value** values) {
+  const auto* text = reinterpret_cast<const char*>(sqlite3_value_text(values[0]));
+  if (text == nullptr) return sqlite3_result_null(context);
+  const std::string lower =
+      lower_case_of_unicode({text, static_cast<std::size_t>(sqlite3_value_bytes(values[0]))});
+  sqlite3_result_text64(context, lower.data(), lower.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
 }
 
 }  // namespace
@@ -70,6 +80,9 @@ Database::Database(const std::string& path, bool writes) {
   database_.reset(database);
   if (result != SQLITE_OK) throw error_of(database);
   sqlite3_busy_timeout(database, milliseconds_to_wait);
+  if (sqlite3_create_function(database, lower_case_in_sql, 1, SQLITE_UTF8 | SQLITE_DETERMINISTIC, nullptr,
+                              lower_case_of_value, nullptr, nullptr) != SQLITE_OK)
+    throw error_of(database);
 }
 
 Statement Database::prepare(std::string_view sql) const {

@@ -86,6 +86,9 @@ class Statement {
   std::unique_ptr<sqlite3_stmt, Deleter> statement_;
 };
 
+/// A function in SQL, which makes all letters small; SQLite's lower() knows those of English.
+inline constexpr const char* lower_case_in_sql = "lower_case_of_unicode";
+
 /// An open database. All its statements must be destroyed before it.
 class Database {
  public:

@@ -8,6 +8,7 @@
 
 #include "io/errors/errors.h"
 #include "io/text/text.h"
+#include "tools/catalogue/database.h"
 #include "tools/options/numbers.h"
 
 namespace tagrid {
@@ -83,10 +84,15 @@ SqlCondition compared_text(const std::string& sql, const Condition& condition) {
                     differs = fmt::format("{0} = '' OR ", text);
   const bool is_part = comparison.ends_with('~');
   if (is_part || comparison == "=" || comparison == "!=") {
-    const std::string pattern = is_part ? "%" + like_pattern(value, false) + "%" : like_pattern(value, true);
+    const std::string wanted = lower_case_of_unicode(value);
+    const std::string pattern =
+        is_part ? "%" + like_pattern(wanted, false) + "%" : like_pattern(wanted, true);
+    // LIKE itself knows the letters A to Z.
+    const bool has_others = std::ranges::any_of(wanted, [](char c) { return (c & 0x80) != 0; });
+    const std::string compared = has_others ? fmt::format("{}({})", lower_case_in_sql, text) : text;
     return comparison[0] == '!'
-               ? SqlCondition{fmt::format("({}{} NOT LIKE ? ESCAPE '\\')", differs, text), {pattern}}
-               : SqlCondition{fmt::format("({}{} LIKE ? ESCAPE '\\')", is_known, text), {pattern}};
+               ? SqlCondition{fmt::format("({}{} NOT LIKE ? ESCAPE '\\')", differs, compared), {pattern}}
+               : SqlCondition{fmt::format("({}{} LIKE ? ESCAPE '\\')", is_known, compared), {pattern}};
   }
   return {fmt::format("({0} <> '' AND {0} {1} ? COLLATE NOCASE)", text, comparison), {value}};
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <filesystem>
 #include <optional>
@@ -119,6 +120,7 @@ struct ConvertCommand {
     if (is_regular_output(options.run.json) && !options.run.json.empty())
       require_outside("--json", options.run.json, options.output_dir);
     const KeyFile keys(options.keys);
+    keys.require_writable();
     warn_of_others(keys);
     bool has_headers = false;
     for (ManifestLine& line : lines) {
@@ -183,8 +185,6 @@ struct ConvertCommand {
     find_volumes(find, encoding.source, options.run, names ? &*names : nullptr,
                  [&](const FoundVolume& volume) {
                    std::string text = volume.text;
-                   for (char& c : text)
-                     if (c == '\n' || c == '\r' || c == '\0') c = ' ';
                    switch (volume.kind) {
                      case FoundVolume::Kind::broken:
                      case FoundVolume::Kind::nameless:
@@ -198,6 +198,9 @@ struct ConvertCommand {
                        break;
                    }
                    ++count;
+                   // Descriptions of series may have several lines.
+                   std::ranges::replace_if(
+                       text, [](char c) { return c == '\n' || c == '\r' || c == '\0'; }, ' ');
                    fmt::print("# {}\n", printable(text));
                    print(volume.path);
                    for (const auto& [name, value] : volume.options) {

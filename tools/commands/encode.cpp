@@ -123,7 +123,7 @@ struct EncodeCommand {
         input,
         {max_error, volume->facts().headerless, trust_description, why_not_understood(volume->facts())},
         advice);
-    require_files_come_back(input, volume->facts(), !asked.options.strip, advice);
+    require_files_come_back(input, asked.source, volume->facts(), !asked.options.strip, advice);
     return files;
   }
 

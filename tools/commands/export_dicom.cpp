@@ -84,8 +84,9 @@ void export_as_dicom(const std::string& input, const std::string& folder, bool o
     const TagBricks file(open_source(input));
     if (file.sizes().envelope == 0)
       throw UsageError(
-          "keeps no source files (--strip, --grid-only, or a pipe), so there are no headers for DICOM files; "
-          "other formats can be written");
+          "keeps no source files, whose headers a DICOM series needs: it was not made from DICOM files, or "
+          "without their headers (--strip, --grid-only, or a pipe); give another --format, such as nrrd or "
+          "nifti");
     const DicomExport how = export_of(file);
     OutputFolder target(folder, overwrite, attributes_of(input), is_series);
     ProgressMeter meter(run.progress, run.quiet, "exporting", 1);

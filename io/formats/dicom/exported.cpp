@@ -38,16 +38,19 @@ constexpr std::string_view original = "ORIGINAL", derived = "DERIVED";
 class Export {
  public:
   Export(const ByteSource& file, const std::string& name, const DicomExport& how)
-      : size_(file.size()), elements_(file, name), how_(how) {}
+      : size_(file.size()), name_(name), elements_(file, name), how_(how) {}
 
   std::vector<PlainPiece> pieces() {
     const bool has_magic = size_ >= preamble && elements_.bytes(preamble - 4, preamble) == "DICM";
     if (has_magic) read_meta();
-    if (begin_ + 8 > size_) elements_.fail("ends too soon");
-    coding_ = elements_.coding_at(begin_);
+    const bool is_long = begin_ + 8 <= size_;
+    if (is_long) coding_ = elements_.coding_at(begin_);
     // Without the magic, only a data set that begins as those of images do is one.
-    if (!has_magic && elements_.tag(begin_, coding_).group != image_type.group)
-      elements_.fail("is none, and only DICOM series are exported as DICOM");
+    if (!has_magic && (!is_long || elements_.tag(begin_, coding_).group != image_type.group))
+      throw BrokenInput(name_ +
+                        ": is not a DICOM file, and only volumes from DICOM files can become a DICOM series; "
+                        "choose another format, such as nrrd or nifti");
+    if (!is_long) elements_.fail("ends too soon");
     read_data_set();
     change();
     write_meta();
@@ -306,6 +309,7 @@ class Export {
   }
 
   std::uint64_t size_;
+  std::string name_;
   DicomElements elements_;
   const DicomExport& how_;
   DicomCoding coding_;

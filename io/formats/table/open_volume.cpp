@@ -283,30 +283,46 @@ BrokenInput no_slices_in(const std::string& folder, const std::string& first) {
       {.problem = Problem::volumes_below, .subject = folder});
 }
 
-/// The format of which a directory holds files. Looks into the first ones only, as there may be very many.
-Way way_of_folder(const std::string& folder, const SourceDescription& source) {
-  constexpr std::size_t most_looks = 100;
-  if (source.from) return way_named(*source.from, folder);
-  if (const Format* format = format_of_folder(folder)) return way_of(*format, folder);
-  std::vector<std::string> files = visible_files(folder);
-  if (files.empty()) throw no_files_in(folder);
-  if (files.size() > most_looks) files.resize(most_looks);
-  std::string dead;
+/// The format of slices among files; nullptr if there are none.
+const Format* format_of_slices(const std::vector<std::string>& files) {
   const Format* pictures = nullptr;
   for (const std::string& file : files) {
-    if (!status_of(file)) {
-      if (dead.empty() && is_dead_link(file)) dead = file;
-      continue;
-    }
-    const Format* format = readable_format(file);
+    const Format* format = status_of(file) ? readable_format(file) : nullptr;
     if (format == nullptr || !format->reads.has_folders) continue;
-    if (!format->reads.are_often_pictures) return way_of(*format, folder);
+    if (!format->reads.are_often_pictures) return format;
     pictures = format;
   }
-  if (pictures != nullptr) return way_of(*pictures, folder);
+  return pictures;
+}
+
+/// The first files of a directory, as there may be very many.
+std::vector<std::string> first_files(const std::string& folder) {
+  constexpr std::size_t most_looks = 100;
+  std::vector<std::string> files = visible_files(folder);
+  if (files.size() > most_looks) files.resize(most_looks);
+  return files;
+}
+
+/// The format of which a directory holds files.
+Way way_of_folder(const std::string& folder, const SourceDescription& source) {
+  if (source.from) return way_named(*source.from, folder);
+  if (const Format* format = format_of_folder(folder)) return way_of(*format, folder);
+  const std::vector<std::string> files = first_files(folder);
+  if (files.empty()) throw no_files_in(folder);
+  if (const Format* format = format_of_slices(files)) return way_of(*format, folder);
   // What is kept beside slices, such as notes, may be all that is left of them.
-  if (!dead.empty()) throw dead_link(dead);
+  if (const auto dead = std::ranges::find_if(files, is_dead_link); dead != files.end())
+    throw dead_link(*dead);
   throw no_slices_in(folder, files.front());
+}
+
+/// A store without a volume, beside whose description slices lie. Both may have got into the directory by chance.
+[[noreturn]] void rethrow_with_slices(const std::string& folder, const BrokenInput& error) {
+  const Format* slices = format_of_slices(first_files(folder));
+  if (slices == nullptr) throw;
+  throw BrokenInput(Sentence("{}; if the slices of {} beside it are meant, give {} {}", error.what(),
+                             slices->help, Setting{"from", "their format"}, slices->name),
+                    error.detail().problem);
 }
 
 std::unique_ptr<VolumeSource> open_folder(const std::string& folder, const SourceDescription& source) {
@@ -321,7 +337,12 @@ std::unique_ptr<VolumeSource> open_folder(const std::string& folder, const Sourc
       (way.format != nullptr && !way.format->reads.has_folders && way.format->reads.is_folder == nullptr))
     throw UsageError("{}: is a directory, not {}", folder, way.format->what);
   require_name_for_all(folder, way);
-  return open_way(way, folder, source);
+  try {
+    return open_way(way, folder, source);
+  } catch (const BrokenInput& error) {
+    if (source.from || way.format == nullptr || way.format->reads.is_folder == nullptr) throw;
+    rethrow_with_slices(folder, error);
+  }
 }
 
 std::unique_ptr<VolumeSource> open_one(const std::string& path, const SourceDescription& source) {

@@ -97,6 +97,32 @@ TEST(MetadataTest, StrippedKeepsNoTextOfAHeader) {
             "not understood:=its reader did not understand all of it\n");
 }
 
+TEST(MetadataTest, StrippedKeepsOnlyKnownUnitsAndSpaces) {
+  EXPECT_EQ(
+      text_of(stripped(parse_metadata(
+          "spacings: 1 2 nan\nthicknesses: Zwiebel\nmin: 3\nmax: Zwiebel\nlabels: \"Zwiebel\" \"y\" \"z\"\n"
+          "units: \"mm\" \"Zwiebel\" \"mm\"\nsample units: Zwiebel\ncenters: cell cell Zwiebel\nblock size: "
+          "3\n"
+          "measurement frame: (1,0,0) (0,Zwiebel,0) (0,0,1)\nrescale_units:=Zwiebel\n"
+          "given spacing:=1 2 Zwiebel\noverridden spacing:=1 2 nan Zwiebel Adelgunde\n"))),
+      "spacings: 1 2 nan\nmin: 3\nblock size: 3\noverridden spacing:=1 2 nan\n");
+  const std::string geometry =
+      "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (1,2,3)\n"
+      "measurement frame: (1,0,0) (0,1,0) (0,0,1)\n";
+  EXPECT_EQ(text_of(stripped(parse_metadata("space: Zwiebel\n" + geometry))),
+            "space dimension: 3\n" + geometry);
+  const std::string harmless =
+      "space: Left-Posterior-Superior\nspace units: \"mm\" \"mm\" \"micron\"\n" + geometry +
+      "kinds: domain domain space\ncenters: cell node ???\nrescale_units:=g/cm\xc2\xb3\n"
+      "given spacing:=1 2 nan um\n";
+  EXPECT_EQ(text_of(stripped(parse_metadata(harmless))), harmless);
+  for (const std::string unit :
+       {"HU", "1/mm", "g/cm^3", "Bq/ml", "mg cm-3", "10^-6 mm\xc2\xb2/s", "%", "BQML"}) {
+    const std::string text = "rescale_units:=" + unit + "\n";
+    EXPECT_EQ(text_of(stripped(parse_metadata(text))), text);
+  }
+}
+
 TEST(MetadataTest, DoubtsNameNoFile) {
   const NamesOfSource names =
       names_of_source({"data/Zwiebel/Knie"}, {"data/Zwiebel/Knie/a 1.edf", "data/Zwiebel/Knie/b.edf"});

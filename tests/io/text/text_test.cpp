@@ -13,6 +13,14 @@
 namespace tagrid {
 namespace {
 
+TEST(Letters, OfAnyScriptBecomeSmall) {
+  EXPECT_EQ(lower_case_of_unicode("MÜLLER^Öl 7"), "müller^öl 7");
+  EXPECT_EQ(lower_case_of_unicode("ЛЮК Σ ĦΙ 山田 ﾔﾏ 😀 Ａ"), "люк σ ħι 山田 ﾔﾏ 😀 ａ");
+  EXPECT_EQ(lower_case_of_unicode(std::string_view("A\0B", 3)), std::string_view("a\0b", 3));
+  EXPECT_EQ(lower_case_of_unicode("M\xDCLLER"), "m\xDCller");  // not UTF-8
+  EXPECT_EQ(lower_case("MÜLLER"), "mÜller");
+}
+
 TEST(ForeignNumbers, AnAbsentFieldIsNotAnEmptyOne) {
   EXPECT_TRUE(foreign_number(std::nullopt).is_absent());
   EXPECT_EQ(remark_on(foreign_number(std::nullopt), "Slope", ""), "");

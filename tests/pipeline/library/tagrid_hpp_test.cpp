@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 #include "tests/pipeline/library/c_caller.h"
 
@@ -74,6 +75,21 @@ TEST(TagridHpp, WhatIsWrittenIsRead) {
   EXPECT_EQ(mesh.points.size(), 3 * mesh.values.size());
   EXPECT_EQ(mesh.tetrahedra.size(), 4 * mesh.levels.size());
   EXPECT_FALSE(mesh.levels.empty());
+  const tagrid_material solid = {"solid", 500, std::numeric_limits<double>::infinity(), 0};
+  tagrid_material_mesh_options of_materials;
+  tagrid_material_mesh_options_init(&of_materials);
+  of_materials.materials = &solid;
+  of_materials.material_count = 1;
+  for (const int order : {1, 2}) {
+    of_materials.order = order;
+    const auto solids = reader.material_mesh(of_materials);
+    ASSERT_EQ(solids.materials.size(), 1u);
+    EXPECT_EQ(solids.materials[0].name, "solid");
+    EXPECT_EQ(solids.materials[0].tetrahedra.size() % (order == 1 ? 4 : 10), 0u);
+    EXPECT_LT(static_cast<std::size_t>(*std::ranges::max_element(solids.materials[0].tetrahedra)),
+              solids.points.size() / 3);
+    EXPECT_FALSE(solids.surfaces.empty());
+  }
   const tagrid::Surface surface = reader.surface(100);
   EXPECT_FALSE(surface.triangles.empty());
   EXPECT_EQ(surface.triangles.size() % 3, 0u);

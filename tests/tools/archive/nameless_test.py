@@ -30,6 +30,7 @@ except ImportError as missing:
     sys.exit(0)
 
 PROGRAM = Path(sys.argv.pop(1)).resolve()
+ROOT = Path(__file__).resolve().parents[3]
 LONG = "Q" * 300
 # Patients, as their headers name them; their names are nowhere else.
 PATIENTS = ["Zwiebelfisch^Adelgunde", "Øresundsbro^Þórbjörg", "Krummhörn/Pewsum^..", "", f"Kwatschkopf^{LONG}", "..", "a|b\\c:d*e?\"f<g>"]
@@ -233,12 +234,86 @@ class Nameless(unittest.TestCase):
         self.run_tagrid("convert", "--manifest", "list.tsv", "--output-dir", "archive", "-q")
         self.assertEqual(len(self.outputs()), len(outputs))
 
+    def blocks_of_document(self, heading):
+        """The commands in a section of docs/archives.md."""
+        section = re.split(r"\n##+ ", (ROOT / "docs" / "archives.md").read_text().partition(f"# {heading}\n")[2])[0]
+        blocks = re.findall(r"^```\n(.*?)^```$", section, re.DOTALL | re.MULTILINE)
+        self.assertTrue(blocks)
+        return blocks
+
+    def run_shell(self, block, code=0):
+        (self.folder / "bin").mkdir(exist_ok=True)
+        if not (self.folder / "bin" / "tagrid").exists():
+            (self.folder / "bin" / "tagrid").symlink_to(PROGRAM)
+        run = subprocess.run(["bash", "-e", "-o", "pipefail", "-c", f"PATH={self.folder}/bin:$PATH\n{block}"], cwd=self.folder, text=True,
+                             capture_output=True)
+        self.assertEqual(run.returncode, code, (block, run.stdout, run.stderr))
+        return run.stdout
+
+    def test_the_commands_of_the_document(self):
+        for i, patient in enumerate(("Smith^John", "Meier^Eva")):
+            write_dicom(self.folder / "2019" / patient, i + 1, patient)
+        (self.folder / "private").mkdir()
+        keyed, with_jq, merging = self.blocks_of_document("Archives without names")
+        self.run_shell(keyed.replace("2019 ", "2019/Smith^John "))
+        self.assertEqual(self.outputs(), [])  # forgotten
+        find, convert, *_ = keyed.splitlines()
+        self.run_shell(find + "\n" + convert)
+        self.assertEqual(len(self.outputs()), 2)
+        if shutil.which("jq"):
+            self.assertEqual(self.run_shell(with_jq).count("Smith"), 1)
+        # Another archive with one volume in common, by the same key; and one by another key.
+        write_dicom(self.folder / "2020" / "Novak^Jan", 3, "Novak^Jan")
+        shutil.copytree(self.folder / "2019" / "Meier^Eva", self.folder / "2020" / "Meier^Eva")
+        self.run_shell("\n".join((find, convert)).replace("2019", "2020").replace("dir archive", "dir other"))
+        before = digests(self.folder / "archive")
+        merge, = self.blocks_of_document("Moving, merging and splitting")
+        self.run_shell(merge)
+        after = digests(self.folder / "archive")
+        self.assertEqual(before, {name: after[name] for name in before})
+        with_keys = "tagrid archive find archive 'status=ok' --keys private/keys.jsonl"
+        self.assertEqual(sorted(re.findall("[A-Z][a-z]+\\^[A-Z][a-z]+", self.run_shell(with_keys))), ["Meier^Eva", "Novak^Jan", "Smith^John"])
+        self.run_shell(find + "\n" + convert + " --skip-done")
+        shutil.rmtree(self.folder / "other")
+        write_dicom(self.folder / "2021" / "Berg^Ida", 4, "Berg^Ida")
+        self.run_shell("\n".join((find, convert)).replace("2019", "2021").replace("dir archive", "dir other")
+                       .replace("keys.jsonl", "other.jsonl"))
+        for file in (self.folder / "archive").glob("*-other.jsonl"):
+            file.rename(file.with_name("results-3.jsonl"))
+        self.run_shell(merge + merging)
+        self.assertEqual(sorted(re.findall("[A-Z][a-z]+\\^[A-Z][a-z]+", self.run_shell(with_keys))),
+                         ["Berg^Ida", "Meier^Eva", "Novak^Jan", "Smith^John"])
+        self.run_shell("tagrid archive check archive")
+        self.run_shell(convert + " --skip-done", 64)
+        self.run_shell("tagrid archive forget archive 'patient=Berg*' --keys private/keys.jsonl --yes")
+        self.assertEqual(self.run_shell(with_keys).count("^"), 3)
+
+    def test_a_key_file_that_cannot_grow_is_refused_before_anything_is_encoded(self):
+        if os.geteuid() != 0:
+            self.skipTest("only root can become another user")
+        self.make_originals(1)
+        self.find()
+        (self.folder / "archive").mkdir()
+        os.chown(self.folder / "archive", 65534, 65534)
+        keys = self.folder / "keys.jsonl"
+        for folder_mode, owner, mode in ((0o777, 0, 0o644), (0o755, 65534, 0o600)):
+            os.chmod(self.folder, folder_mode)
+            os.chown(keys, owner, owner)
+            os.chmod(keys, mode)
+            run = subprocess.run([PROGRAM, "convert", "--manifest", "list.tsv", "--output-dir", "archive", "--keys", "keys.jsonl", "--strip"],
+                                 cwd=self.folder, capture_output=True, text=True, user=65534, group=65534)
+            self.assertEqual(run.returncode, 74, run.stderr)
+            self.assertIn("keys.jsonl: convert adds the names of every volume to the key file, and cannot (", run.stderr)
+            self.assertIn("make the file and its directory writable", run.stderr)
+            self.assertEqual((self.outputs(), run.stderr.count("\n")), ([], 1), run.stderr)
+
     def test_a_template_that_cannot_work_is_refused_with_advice(self):
         self.make_originals(2)
-        for words, advice in [(["--name", "{patient_name}"], "fields are patient, patient_id, study"),
+        for words, advice in [(["--name", "{patient_name}"], "there is no field {patient_name}; fields are {patient}, {patient_id}, {study}, {series}, "
+                               "{stem}, {study_date}, {modality}, {type}, {hash} (with --keys)"),
                               (["--name", "{hash}"], "give --keys FILE"),
                               (["--name", "{patient}/{hash}", "--keys", "keys.jsonl"], "identifies a patient"),
-                              (["--name", "{stem}", "--keys", "keys.jsonl"], "fields are study_date, modality, type, hash"),
+                              (["--name", "{stem}", "--keys", "keys.jsonl"], "fields are {study_date}, {modality}, {type}, {hash}\n"),
                               (["--name", "{modality"], "a brace"), (["--name", "modality}"], "a brace"),
                               (["--name", "scan"], "has no field"), (["--name", "../{modality}"], "must not contain .."),
                               (["--name", "/{modality}"], "inside the output directory"), (["--name", "{modality}/"], "not the name of a file"),

@@ -35,7 +35,7 @@ def write_series(folder, patient, number, date, seed, slices=3):
         meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID = CTImageStorage, generate_uid()
         meta.TransferSyntaxUID = ExplicitVRLittleEndian
         image = FileDataset("", {}, file_meta=meta, preamble=bytes(128))
-        image.SpecificCharacterSet = "ISO_IR 192"
+        image.SpecificCharacterSet = ["ISO_IR 192", "ISO_IR 100"][seed % 2]
         image.SOPClassUID, image.SOPInstanceUID = CTImageStorage, meta.MediaStorageSOPInstanceUID
         image.PatientName, image.PatientID, image.StudyDate, image.Modality = patient, number, date, "CT"
         image.SeriesInstanceUID, image.StudyInstanceUID, image.BodyPartExamined = series, study, "KNEE"
@@ -138,6 +138,12 @@ class Archive(ProgramTest):
         for words, is_meant in [
                 (["patient=Schmidt^Anna"], lambda e: patient(e) == "Schmidt^Anna"),
                 (["patient=schmidt*"], lambda e: patient(e).lower().startswith("schmidt")),
+                (["patient=müller*"], lambda e: patient(e) == "Müller^Öl"),
+                (["patient=M?LLER^öl"], lambda e: patient(e) == "Müller^Öl"),
+                (["patient~MÜLLER"], lambda e: patient(e) == "Müller^Öl"),
+                (["patient!~^ÖL"], lambda e: patient(e) != "Müller^Öl"),
+                (["PatientName=mÜLLER^öL"], lambda e: patient(e) == "Müller^Öl"),
+                (["patient=muller*"], lambda e: False),
                 (["patient=P-4712"], lambda e: e["pairs"].get("dicom_PatientID") == "P-4712"),
                 (["patient!=P-4712"], lambda e: e["pairs"].get("dicom_PatientID") != "P-4712"),
                 (["patient~^"], lambda e: "^" in patient(e)),
@@ -169,6 +175,15 @@ class Archive(ProgramTest):
         self.tagrid("archive", "list", self.list, code=64)
 
     # The index follows from records and files, whatever becomes of it.
+
+    @unittest.skipIf(FileDataset is None, "there is no pydicom")
+    def test_a_long_reason_that_volumes_share_is_told_once(self):
+        run = self.tagrid("convert", "--manifest", self.list, "--output-dir", "other", "--spacing", "3,3,3mm", code=65)
+        said = [line for line in run.stderr.decode().splitlines() if "scans/" in line and "warning" not in line]
+        self.assertEqual([("states the spacing 0.7 0.5 1.5 mm" in line, line.endswith(": fails for the same reason")) for line in said],
+                         [(True, False)] + [(False, True)] * 2, said)
+        records = [json.loads(line) for line in (self.folder / "other" / "results.jsonl").read_text().splitlines()]
+        self.assertEqual(sum("states the spacing" in (record["error"] or "") for record in records), 3)
 
     def test_any_index_gives_the_same_list(self):
         right = self.listed()

@@ -17,6 +17,7 @@
 #include "io/files/compressed_bytes.h"
 #include "io/files/file_bytes.h"
 #include "io/formats/dicom/reader/attributes.h"
+#include "io/formats/dicom/reader/character_sets.h"
 #include "io/formats/dicom/reader/data_set.h"
 #include "io/formats/dicom/reader/header_stream.h"
 #include "io/formats/dicom/reader/pixel_element.h"
@@ -34,10 +35,34 @@ constexpr Uint32 longest_value = 65536;
 /// Longer texts are not kept as key-value pairs.
 constexpr std::size_t longest_text = 1024;
 
+/// Makes a text UTF-8. Of one for which that is not possible, other bytes than ASCII become U+FFFD and two hexadecimal
+/// digits, with a note: as letters, they could be wrong ones.
+void make_utf8(std::string& text, DcmEVR type, const char* name, const std::string& terms,
+               DicomNotes& notes) {
+  const bool is_one_text = type == EVR_ST || type == EVR_LT || type == EVR_UT;
+  const char* delimiters = is_one_text ? "" : type == EVR_PN ? "\\^=" : "\\";
+  if (auto in_utf8 = CharacterSets(terms).in_utf8(text, delimiters)) {
+    text = std::move(*in_utf8);
+    return;
+  }
+  std::string digits;
+  for (const char byte : text)
+    if ((byte & 0x80) == 0 && byte != '\x1B')
+      digits += byte;
+    else
+      digits += fmt::format("\xEF\xBF\xBD{:02X}", static_cast<unsigned char>(byte));
+  text = std::move(digits);
+  const std::string set = terms.empty() ? "absent" : tagrid::quoted(std::string_view(terms));
+  notes.warn(
+      "SpecificCharacterSet",
+      fmt::format("{} has bytes that are not letters of its character set (SpecificCharacterSet is {}); each "
+                  "of them becomes U+FFFD and two hexadecimal digits",
+                  name, set));
+}
+
 /// Attributes of the data set itself that are texts or numbers, by their names.
-std::map<std::string, std::string> texts_of(DcmDataset& dataset) {
-  // Where letters are known, they become UTF-8; otherwise they stay as they are.
-  dataset.convertToUTF8();
+std::map<std::string, std::string> texts_of(DcmDataset& dataset, DicomNotes& notes) {
+  const std::string terms = text_of(dataset, DCM_SpecificCharacterSet).value_or("");
   std::map<std::string, std::string> texts;
   for (DcmObject* object = dataset.nextInContainer(nullptr); object != nullptr;
        object = dataset.nextInContainer(object)) {
@@ -57,7 +82,10 @@ std::map<std::string, std::string> texts_of(DcmDataset& dataset) {
     DcmTag tag = element->getTag();
     const char* name = tag.getTagName();
     if (tag.isPrivate()) continue;
-    if (std::string text = text_of(*element); !text.empty()) texts.emplace(name, std::move(text));
+    std::string text = text_of(*element);
+    if (text.empty()) continue;
+    make_utf8(text, element->ident(), name, terms, notes);
+    texts.emplace(name, std::move(text));
   }
   // Other fields report them.
   for (const char* name :
@@ -67,6 +95,12 @@ std::map<std::string, std::string> texts_of(DcmDataset& dataset) {
         "SpecificCharacterSet", "SliceLocation"})
     texts.erase(name);
   return texts;
+}
+
+void make_units_utf8(DcmDataset& dataset, DicomFile& file) {
+  const std::string terms = text_of(dataset, DCM_SpecificCharacterSet).value_or("");
+  for (DicomFrame& frame : file.frames)
+    make_utf8(frame.rescale.units, EVR_LO, "RescaleType", terms, file.notes);
 }
 
 /// As many bytes as tell a DICOM file from others.
@@ -194,7 +228,8 @@ std::optional<DicomFile> parsed_file(const std::string& path, std::string& serie
   find_samples(DcmXfer(dataset.getOriginalXfer()), offset, bytes, file);
   file.pixels.lossy = lossy_compression(dataset, file);
   note_stream_without_sign(file);
-  file.texts = texts_of(dataset);
+  make_units_utf8(dataset, file);
+  file.texts = texts_of(dataset, file.notes);
   return file;
 }
 
