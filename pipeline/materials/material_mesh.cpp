@@ -34,10 +34,14 @@ MaterialMesh empty_mesh(const Geometry& geometry, const MaterialMeshJob& job, co
 
 // What is kept but has no tetrahedra.
 void warn_of_missing(const MaterialMeshJob& job, const TagBricks& samples, MadeMaterialMesh& result,
-                     bool are_all_named) {
+                     bool are_all_named, bool are_labels) {
   if (!are_all_named) return;
   const auto& total = samples.index().total;
-  const std::string values = fmt::format("; stored samples are from {:.6g} to {:.6g}", total.low, total.high);
+  const Rescale rescale = are_labels ? Rescale{} : samples.header().metadata.rescale();
+  const double low = rescale.slope * total.low + rescale.intercept;
+  const double high = rescale.slope * total.high + rescale.intercept;
+  const std::string values = fmt::format("; {} are from {:.6g} to {:.6g}", are_labels ? "labels" : "values",
+                                         std::min(low, high), std::max(low, high));
   for (const auto& [material, name] : job.names.names) {
     if (!job.settings.keeps(material)) continue;
     const auto is_it = [&](const MaterialElements& m) { return m.name == name && m.count > 0; };
@@ -53,7 +57,8 @@ MadeMaterialMesh finished(const TagBricks& samples, const MaterialMeshJob& job, 
   MadeMaterialMesh made{empty_mesh(geometry, job, path), {}, job.fine, job.coarse, {}};
   made.quality = assembler.finish(job.names, options.parts, made.mesh);
   count_touching_edges(made.mesh, made.quality, bytes_for_edges);
-  warn_of_missing(job, samples, made, !options.labels || !options.labels->names.empty());
+  warn_of_missing(job, samples, made, !options.labels || !options.labels->names.empty(),
+                  options.labels.has_value());
   return made;
 }
 

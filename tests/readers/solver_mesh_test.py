@@ -14,7 +14,7 @@ import subprocess
 import sys
 import unittest
 
-from other_readers import IS_LONG, PROGRAM, ReaderTest, h5py, main, meshio, numpy, vtk_hdf, vtk_numpy, vtk_xml
+from other_readers import PROGRAM, ReaderTest, h5py, main, meshio, numpy, vtk_hdf, vtk_numpy, vtk_xml
 
 CCX = shutil.which("ccx")
 if CCX is None:
@@ -141,7 +141,7 @@ def elastic(**materials):
 
 @unittest.skipIf(CCX is None, "there is no ccx on this machine")
 class Stresses(SolverTest):
-    RADIUS, SIZE = 32.0, 128.0
+    RADIUS, SIZE = 32.0, 96.0
 
     def solved(self, exact, edge, order, materials):
         """A line of the table: errors of displacements and of stresses in the sphere."""
@@ -152,8 +152,7 @@ class Stresses(SolverTest):
         numpy.testing.assert_allclose(abs(x[sides - 1]).max(axis=1), self.SIZE / 2)
         imposed = exact.displacements(x)
         boundary = "".join(f"{i},{d + 1},{d + 1},{imposed[i - 1, d]:.12g}\n" for i in sides for d in range(3))
-        solver = "*STATIC, SOLVER=ITERATIVE CHOLESKY" if len(x) > 10000 else "*STATIC"
-        found = self.solve("job", f"*INCLUDE, INPUT=ball.inp\n{elastic(**materials)}*NSET, NSET=all, GENERATE\n1,{len(x)}\n*STEP\n{solver}\n*BOUNDARY\n{boundary}"
+        found = self.solve("job", f"*INCLUDE, INPUT=ball.inp\n{elastic(**materials)}*NSET, NSET=all, GENERATE\n1,{len(x)}\n*STEP\n*STATIC\n*BOUNDARY\n{boundary}"
                                   "*NODE PRINT, NSET=all\nU\n*EL PRINT, ELSET=ball\nS\n*END STEP\n")
         moved = found["displacements", "all"][:, 1:]
         s = found["stresses", "ball"][:, 2:]
@@ -171,18 +170,18 @@ class Stresses(SolverTest):
 
     def test_the_stress_in_a_sphere_is_that_of_the_exact_solution(self):
         ball, matrix = Isotropic(10, 0.3), Isotropic(1, 0.3)
-        self.put("ball", sphere((65,) * 3, (2,) * 3, self.RADIUS), (2,) * 3)
+        self.put("ball", sphere((49,) * 3, (2,) * 3, self.RADIUS), (2,) * 3)
         uniaxial = numpy.diag([-0.3, -0.3, 1]) * 0.01
         print(f"\n{'load':<12}{'H':>4}{'order':>6}{'nodes':>8}{'u rms':>8}{'mean stress: rms':>18}{'worst':>8}{'tensor: rms':>13}", file=sys.stderr)
         for load, strain in (("hydrostatic", -0.01 * numpy.eye(3)), ("uniaxial", uniaxial)):
             exact = Inclusion(self.RADIUS, ball, matrix, strain)
-            for edge, order in ((16, 1), (16, 2), (8, 1)) + (((8, 2),) if load == "uniaxial" or IS_LONG else ()):
+            for edge, order in ((16, 1), (16, 2), (8, 1), (8, 2)):
                 nodes, u, mean, worst, whole = self.solved(exact, edge, order, {"ball": ball, "matrix": matrix})
                 print(f"{load:<12}{edge:>4}{order:>6}{nodes:>8}{u:>8.2%}{mean:>18.2%}{worst:>8.1%}{whole:>13.2%}", file=sys.stderr)
                 if edge == self.RADIUS / 4:
                     self.assertLess(mean, 0.03, (load, order))
                     self.assertLess(whole, 0.07 if order == 1 else 0.03, (load, order))
-                    self.assertLess(u, 0.01, (load, order))
+                    self.assertLess(u, 0.02, (load, order))
 
     def test_the_exact_solution_is_one(self):
         ball, matrix = Isotropic(10, 0.3), Isotropic(1, 0.25)
@@ -203,8 +202,8 @@ class Stresses(SolverTest):
         z, y, x = numpy.mgrid[:41, :41, :41] * (2 * numpy.pi / 20)
         gyroid = numpy.sin(x) * numpy.cos(y) + numpy.sin(y) * numpy.cos(z) + numpy.sin(z) * numpy.cos(x)
         self.put("bone", (1000 * (0.6 - abs(gyroid))).astype(numpy.int16), (0.5, 0.5, 0.5))
-        for order in (1, 2):
-            made = self.mesh("bone.tag", "bone.inp", "--materials", "bone=0:", "--parts", "largest", "--size", "1mm", "--order", order)
+        for order, size in ((1, "1.25mm"), (2, "2mm")):
+            made = self.mesh("bone.tag", "bone.inp", "--materials", "bone=0:", "--parts", "largest", "--size", size, "--order", order)
             self.assertEqual([m["parts"] for m in made["materials"]], [1])
             deck = Deck(self.folder / "bone.inp")
             for surface, axis in (("bone_z_max", 2), ("x_max", 0)):
@@ -469,12 +468,14 @@ class WrongInput(SolverTest):
 
     def test_a_material_without_values_is_reported_with_the_values_that_there_are(self):
         run = self.ok("mesh", "scan.tag", "--materials", "bone=300:", "-o", "a.inp")
-        self.assertRegex(run.stderr, "warning: no tetrahedron is of bone; stored samples are from -[0-9.]+ to 10[0-9.]+\n")
+        self.assertRegex(run.stderr, "warning: no tetrahedron is of bone; values are from -[0-9.]+ to 10[0-9.]+\n")
+        run = self.ok("mesh", "labels.tag", "--labels", "1=ball,9=bone", "-o", "b.inp")
+        self.assertIn("warning: no tetrahedron is of bone; labels are from 0 to 1\n", run.stderr)
 
     def test_formats_that_cannot_hold_it(self):
         self.fails(64, "STL files hold surfaces.*must end in .*inp", "scan.tag", "--materials", "in=:0", output="a.stl")
         self.fails(64, "must end in .*inp", "scan.tag", "--materials", "in=:0", output="a.xyz")
-        self.fails(64, "hold meshes with materials", "scan.tag")
+        self.fails(64, "holds meshes with materials; give --materials or --labels", "scan.tag")
         self.fails(64, "--size: applies only to materials; give --materials or --labels", "scan.tag", "--size", "2", output="a.vtu")
 
     def test_samples_that_are_no_labels(self):

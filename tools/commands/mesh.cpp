@@ -25,6 +25,10 @@ struct MeshCommand : GridCommand<MeshOptions, MeshResult> {
       throw UsageError(
           "{}: has the extension of a surface format, but mesh writes tetrahedra; use tagrid surface --iso V",
           output.path);
+    if (is_named_as_one_of(material_mesh_formats(), output.path) &&
+        !is_named_as_one_of(mesh_formats(), output.path))
+      throw usage_error("{}: this format holds meshes with materials; give --materials or --labels",
+                        output.path);
     if (options.of_samples && !options.coarsen)
       throw UsageError("--samples: applies only with --coarsen; give --coarsen as well");
     const auto add_settings = [this](const MeshResult& result, nlohmann::ordered_json& settings) {
