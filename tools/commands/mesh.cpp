@@ -27,7 +27,7 @@ struct MeshCommand : GridCommand<MeshOptions, MeshResult> {
           output.path);
     if (is_named_as_one_of(material_mesh_formats(), output.path) &&
         !is_named_as_one_of(mesh_formats(), output.path))
-      throw usage_error("{}: this format holds meshes with materials; give --materials or --labels",
+      throw UsageError("{}: this format holds meshes with materials; give --materials or --labels",
                         output.path);
     if (options.of_samples && !options.coarsen)
       throw UsageError("--samples: applies only with --coarsen; give --coarsen as well");
