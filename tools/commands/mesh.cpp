@@ -28,7 +28,7 @@ struct MeshCommand : GridCommand<MeshOptions, MeshResult> {
     if (is_named_as_one_of(material_mesh_formats(), output.path) &&
         !is_named_as_one_of(mesh_formats(), output.path))
       throw UsageError("{}: this format holds meshes with materials; give --materials or --labels",
-                        output.path);
+                       output.path);
     if (options.of_samples && !options.coarsen)
       throw UsageError("--samples: applies only with --coarsen; give --coarsen as well");
     const auto add_settings = [this](const MeshResult& result, nlohmann::ordered_json& settings) {

@@ -180,7 +180,7 @@ class MeshErrorRecord : public MeshError<std::int16_t> {
     writer.finish();
     out.commit();
   }
-  std::string complaint(const std::string& original) const {
+  std::string complaint(const std::optional<std::string>& original) const {
     return message_of<BrokenInput>([&] { verify_file(path("forged.tag"), original, {}, Resources(1)); });
   }
 
@@ -201,9 +201,9 @@ TEST_F(MeshErrorRecord, VerifyMeasuresTheMeshItself) {
   forge(3, 2.5);
   EXPECT_TRUE(has(complaint(in_), "the mesh differs from the original by up to"));
   forge(3, reached);
-  EXPECT_TRUE(has(complaint(""), "above the bound"));
+  EXPECT_TRUE(has(complaint(std::nullopt), "above the bound"));
   forge(9, NAN);
-  EXPECT_TRUE(has(complaint(""), "not a number"));
+  EXPECT_TRUE(has(complaint(std::nullopt), "not a number"));
 }
 
 // Verifies rows in any order, as several processes do.

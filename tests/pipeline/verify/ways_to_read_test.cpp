@@ -54,7 +54,7 @@ class WaysToRead : public TemporaryFolder {
     try {
       const TagBricks file(std::make_shared<MemorySource>(bytes));
       const BrickGrid bricks = file.parameters().bricks();
-      Verifier verifier(file, file.index(), verify_setup("", file.header(), "", {}, Resources(1)));
+      Verifier verifier(file, file.index(), verify_setup("", file.header(), std::nullopt, {}, Resources(1)));
       Watch unwatched;
       Statistics counted;
       OpenFacePairs faces(bricks);
