@@ -27,6 +27,8 @@ struct MeshFormat {
   std::string_view writer = "";
   std::uint64_t memory_of_writer = 0;
   FormatLimits limits = {};  ///< of meshes with materials
+  /// The path of a second file that appears with the first one; nullptr if there is none.
+  std::string (*second_file)(const std::string& path) = nullptr;
 };
 
 /// Those of meshes of the grid.

@@ -48,6 +48,7 @@ std::unique_ptr<MaterialMeshFile> create_vtkhdf_materials(const std::string& pat
 
 /// XDMF (.xdmf), which is text, and a file with the extension .h5 beside it, which has the numbers: the data sets
 /// /points, /tetrahedra and /material. Both get their names together. It has no surfaces.
+std::string path_of_xdmf_numbers(const std::string& path);
 std::unique_ptr<MaterialMeshFile> create_xdmf(const std::string& path, bool overwrite);
 
 /// Binary Gmsh files of version 4.1 (.msh), for Gmsh, FEniCS and others; see write_gmsh(). Each material is a volume,

@@ -8,14 +8,14 @@
 #include "io/meshes/mesh_writers.h"
 
 namespace tagrid {
-namespace {
 
-/// The file with the numbers, beside the one with the text.
-std::string path_of_numbers(const std::string& path) {
+std::string path_of_xdmf_numbers(const std::string& path) {
   if (!path.ends_with('f') && !path.ends_with('F'))
     throw UsageError(path + ": XDMF is two files, one .xdmf and one .h5, and cannot be a stream");
   return std::filesystem::path(path).replace_extension(".h5").string();
 }
+
+namespace {
 
 /// As XML has it, in text.
 std::string escaped(const std::string& text) {
@@ -45,7 +45,7 @@ class XdmfFile final : public MaterialMeshFile {
  public:
   XdmfFile(const std::string& path, bool overwrite)
       : MaterialMeshFile(path, overwrite),
-        path_of_numbers_(path_of_numbers(path)),
+        path_of_numbers_(path_of_xdmf_numbers(path)),
         numbers_(path_of_numbers_, overwrite),
         hdf5_(numbers_, path_of_numbers_, "XDMF") {
     if (!output_.can_seek() || !numbers_.can_seek())

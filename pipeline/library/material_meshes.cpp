@@ -16,6 +16,7 @@ MeshLength length_of(double length) { return {length, ""}; }
 
 MaterialMeshOptions options_of(const tagrid_material_mesh_options& given, const Index3& dims) {
   MaterialMeshOptions options;
+  options.counts_edges = false;
   require(given.materials != nullptr || given.material_count == 0,
           "there are no materials, but their number is not 0");
   require(given.labels != 0 || given.material_count > 0, "a mesh with materials needs materials");

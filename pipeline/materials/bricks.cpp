@@ -23,11 +23,11 @@ MaterialBricks::MaterialBricks(const TagBricks& samples, const MaterialMeshJob& 
 BrickMesh MaterialBricks::mesh_of(const Box& closed_box) const {
   const Box box = samples_for(job_, closed_box);
   if (job_.label_smoothing) {
-    const std::vector<Material> labels = window_.values<Material>(box);
+    const std::vector<Material> labels = window_.labels(box);
     return mesh_of_brick(LabelField({box, labels.data()}, job_.places, *job_.label_smoothing), job_.settings,
                          closed_box);
   }
-  const std::vector<float> values = window_.values<float>(box);
+  const std::vector<float> values = window_.values(box, job_.reference);
   return mesh_of_brick(ValueField({box, values.data()}, job_.places, job_.thresholds), job_.settings,
                        closed_box);
 }

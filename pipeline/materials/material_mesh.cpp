@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "io/errors/errors.h"
@@ -56,7 +57,8 @@ MadeMaterialMesh finished(const TagBricks& samples, const MaterialMeshJob& job, 
                           MeshAssembler& assembler) {
   MadeMaterialMesh made{empty_mesh(geometry, job, path), {}, job.fine, job.coarse, {}};
   made.quality = assembler.finish(job.names, options.parts, made.mesh);
-  count_touching_edges(made.mesh, made.quality, bytes_for_edges);
+  if (options.counts_edges) count_touching_edges(made.mesh, made.quality, bytes_for_edges);
+  made.warnings = job.warnings;
   warn_of_missing(job, samples, made, !options.labels || !options.labels->names.empty(),
                   options.labels.has_value());
   return made;
@@ -77,6 +79,25 @@ void add_layers(const std::vector<MeshLayer>& layers, BrickSpool& made, MeshAsse
     for (std::size_t i = 0; i < layer.bricks.size(); ++i) assembler.add(made.read(number++));
     if (!layer.bricks.empty()) assembler.end_layer(layer.bricks.front().high.z);
   }
+}
+
+}  // namespace
+
+namespace {
+
+// True if the first or the last sample of two volumes of the same size are more than a tenth of a sample apart, as far as
+// both say where they are.
+bool lies_elsewhere(const TagBricks& a, const TagBricks& b) {
+  const Geometry of_a = in_one_unit(a.header().metadata.geometry()),
+                 of_b = in_one_unit(b.header().metadata.geometry());
+  if (!of_a.has_spacing || !of_b.has_spacing) return false;
+  const Index3 last = a.parameters().dims - Index3{1, 1, 1};
+  const double tenth = spacing_or_1(of_a, 0) / 10;
+  const auto differ = [&](Index3 p) {
+    const auto u = to_world(of_a, p), v = to_world(of_b, p);
+    return std::hypot(u[0] - v[0], u[1] - v[1], u[2] - v[2]) > std::abs(tenth);
+  };
+  return differ({0, 0, 0}) || differ(last);
 }
 
 }  // namespace
@@ -105,6 +126,10 @@ MaterialMeshInputs::MaterialMeshInputs(const std::string& input, std::int64_t vo
   if (!(dims == of_labels))
     throw UsageError("{}: has {} x {} x {} labels, but {} has {} x {} x {} samples", label_volume,
                      of_labels.x, of_labels.y, of_labels.z, input, dims.x, dims.y, dims.z);
+  if (lies_elsewhere(file, *labels))
+    warnings.push_back(fmt::format(
+        "the labels in {} lie elsewhere than the samples of {}; the mesh is where the samples are",
+        label_volume, input));
 }
 
 Geometry MaterialMeshInputs::geometry() const { return in_one_unit(file.header().metadata.geometry()); }
@@ -120,6 +145,7 @@ Finished<MaterialMeshResult> write_material_mesh(const MaterialMeshRun& run, con
           "{}: a mesh with materials needs a file that is not read in one pass; write it to a file first",
           input);
     refuse_same_file(input, run.output);
+    if (format.second_file != nullptr) refuse_same_file(input, format.second_file(run.output));
   }
   check_output(run.output, options.overwrite);
   const MaterialMeshInputs inputs(run.input, run.volume, options.label_volume);
@@ -138,6 +164,7 @@ Finished<MaterialMeshResult> write_material_mesh(const MaterialMeshRun& run, con
                                     format.memory_of_writer, run.progress));
   }
   output->write(made->mesh);
+  made->warnings.insert(made->warnings.begin(), inputs.warnings.begin(), inputs.warnings.end());
   const TagBricks& file = inputs.file;
   MaterialMeshResult result{
       {file.header(), file.index(), file.sizes().file, output->file_bytes(), std::move(made->warnings)},

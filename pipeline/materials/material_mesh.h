@@ -65,6 +65,7 @@ struct MaterialMeshOptions {
   /// Only tetrahedra that meet this region. Its step must be 1.
   WantedRegion region = {};
   bool overwrite = false;
+  bool counts_edges = true;  ///< MeshQuality::OfMaterial::touching_edges, which takes a while
 };
 
 struct MadeMaterialMesh {
@@ -108,6 +109,7 @@ struct MaterialMeshInputs {
 
   TagBricks file;
   std::optional<TagBricks> labels;
+  std::vector<std::string> warnings;
 };
 
 /// Makes all bricks of a mesh, with other processes.

@@ -386,6 +386,7 @@ void MeshAssembler::write_faces(const Kept& kept, const MaterialNames& names, Ma
   });
   std::map<SurfaceKey, std::size_t> groups;
   std::set<std::string> used;
+  for (const MaterialElements& material : mesh.materials) used.insert(lower_case(material.name));
   std::int64_t first = 0;
   for (const auto& [key, count] : counts) {
     groups.emplace(key, groups.size());
@@ -401,8 +402,9 @@ void MeshAssembler::write_faces(const Kept& kept, const MaterialNames& names, Ma
                     : surface.side ? std::string(names_of_sides[static_cast<std::size_t>(*surface.side)])
                                    : "cut");
     // a_b and c meet as a and b_c do.
-    for (const std::string name = surface.name; !used.insert(lower_case(surface.name)).second;)
-      surface.name = name + "_" + std::to_string(used.size());
+    const std::string name = surface.name;
+    for (int n = 2; !used.insert(lower_case(surface.name)).second; ++n)
+      surface.name = name + "_" + std::to_string(n);
     surface.first = first;
     surface.count = count;
     first += count;

@@ -43,6 +43,38 @@ void SampleWindow::move_to(std::int64_t low, std::int64_t high) {
   }
 }
 
+template <class Number, class NumberOf>
+std::vector<Number> SampleWindow::numbers(const Box& box, NumberOf number) const {
+  std::vector<Number> result(static_cast<std::size_t>(box.count()));
+  with_sample_type(type_, [&](auto type) {
+    using T = decltype(type);
+    for (const Layer& layer : layers_) {
+      const Box part = intersection(box, layer.box);
+      if (part.empty()) continue;
+      const Samples<T> samples{layer.box, reinterpret_cast<const T*>(layer.bytes.data())};
+      const auto row = static_cast<std::size_t>(part.size().x);
+      for (std::int64_t z = part.low.z; z <= part.high.z; ++z)
+        for (std::int64_t y = part.low.y; y <= part.high.y; ++y) {
+          const T* const from = &samples.at({part.low.x, y, z});
+          Number* const to = result.data() + box.offset({part.low.x, y, z});
+          for (std::size_t i = 0; i < row; ++i) to[i] = number(from[i]);
+        }
+    }
+  });
+  return result;
+}
+
+std::vector<Material> SampleWindow::labels(const Box& box) const {
+  return numbers<Material>(box, [](auto sample) { return static_cast<Material>(sample); });
+}
+
+std::vector<float> SampleWindow::values(const Box& box, double reference) const {
+  return numbers<float>(box, [reference](auto sample) {
+    const double value = static_cast<double>(sample) - reference;
+    return static_cast<float>(value > -largest_value ? std::min(value, largest_value) : -largest_value);
+  });
+}
+
 std::uint64_t SampleWindow::working_bytes(const CodingParameters& parameters, const WrittenNumbers& numbers,
                                           const Box& needed, std::int64_t slices) {
   // A layer may begin below the window, and one may end above it.

@@ -10,6 +10,7 @@
 #include "pipeline/decode/values.h"
 #include "pipeline/progress/progress.h"
 #include "stages/grid/box.h"
+#include "stages/materials/material_field.h"
 #include "stages/sample/samples.h"
 
 namespace tagrid {
@@ -25,9 +26,12 @@ class SampleWindow {
   /// REQUIRES: neither ever falls.
   void move_to(std::int64_t low, std::int64_t high);
 
-  /// The values in a box, as numbers of another type: To(value). REQUIRES: the window has the box.
-  template <class To>
-  std::vector<To> values(const Box& box) const;
+  /// The labels in a box. REQUIRES: the window has the box; all samples are labels.
+  std::vector<Material> labels(const Box& box) const;
+  /// The values in a box minus `reference`, near which float32 is exact. Infinities become very large numbers, and NaN
+  /// the lowest one, so that there is always a value between two. REQUIRES: the window has the box.
+  std::vector<float> values(const Box& box, double reference) const;
+  static constexpr double largest_value = 1e37;
 
   /// The heap that a window of so many slices takes.
   static std::uint64_t working_bytes(const CodingParameters& parameters, const WrittenNumbers& numbers,
@@ -39,6 +43,10 @@ class SampleWindow {
     std::vector<std::byte> bytes;
   };
 
+  // `number(sample)` for all samples in a box.
+  template <class Number, class NumberOf>
+  std::vector<Number> numbers(const Box& box, NumberOf number) const;
+
   const TagBricks& file_;
   WrittenNumbers numbers_;
   SampleType type_;
@@ -48,26 +56,5 @@ class SampleWindow {
   std::int64_t next_;  ///< the first slice that was not decoded yet
   std::deque<Layer> layers_;
 };
-
-template <class To>
-std::vector<To> SampleWindow::values(const Box& box) const {
-  std::vector<To> result(static_cast<std::size_t>(box.count()));
-  with_sample_type(type_, [&](auto type) {
-    using T = decltype(type);
-    for (const Layer& layer : layers_) {
-      const Box part = intersection(box, layer.box);
-      if (part.empty()) continue;
-      const Samples<T> samples{layer.box, reinterpret_cast<const T*>(layer.bytes.data())};
-      const auto row = static_cast<std::size_t>(part.size().x);
-      for (std::int64_t z = part.low.z; z <= part.high.z; ++z)
-        for (std::int64_t y = part.low.y; y <= part.high.y; ++y) {
-          const T* const from = &samples.at({part.low.x, y, z});
-          To* const to = result.data() + box.offset({part.low.x, y, z});
-          for (std::size_t i = 0; i < row; ++i) to[i] = static_cast<To>(from[i]);
-        }
-    }
-  });
-  return result;
-}
 
 }  // namespace tagrid

@@ -9,6 +9,7 @@
 #include "io/errors/errors.h"
 #include "io/metadata/lengths.h"
 #include "io/text/text.h"
+#include "pipeline/materials/sample_window.h"
 #include "pipeline/reading/read_region.h"
 
 namespace tagrid {
@@ -16,6 +17,7 @@ namespace {
 
 constexpr int smallest_cube = 4, largest_cube = 128;  // edges of root cubes, in points of the lattice
 constexpr Material no_label = 0;
+constexpr double most_root_cubes = 1 << 26;
 
 // As callers of the library and the command line call them.
 constexpr Setting setting_size = {"size", "the size of cubes"},
@@ -93,6 +95,20 @@ void settle_lattice(const TagBricks& file, const Geometry& geometry, const Mater
     for (std::size_t i = 0; i < 3; ++i)
       job.settings.directions[a][i] = steps[a][i] * job.places.step[a] / static_cast<double>(parts_per_point);
   }
+  const BrickGrid bricks{job.settings.lattice.domain(), 1};
+  if (static_cast<double>(bricks.bricks(0)) * static_cast<double>(bricks.bricks(1)) *
+          static_cast<double>(bricks.bricks(2)) >
+      most_root_cubes)
+    throw UsageError("{}: {:.6g} is too fine for a volume of this size", setting_size, job.fine);
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto &u = steps[a], &v = steps[(a + 1) % 3];
+    const double cosine = (u[0] * v[0] + u[1] * v[1] + u[2] * v[2]) / spacing[a] / spacing[(a + 1) % 3];
+    if (std::abs(cosine) > 1e-3) {
+      job.warnings.push_back(
+          "the axes of the volume are not perpendicular, so angles are smaller than they would be");
+      break;
+    }
+  }
   const double volume = determinant(steps);
   if (!(std::abs(volume) > 0)) throw UsageError(file.name() + ": the directions of its axes span no volume");
   job.settings.is_mirrored = volume < 0;
@@ -129,24 +145,31 @@ void keep_named(const MaterialMeshOptions& options, MaterialMeshJob& job) {
 void settle_values(const TagBricks& file, const MaterialMeshOptions& options, MaterialMeshJob& job) {
   job.numbers = written_numbers(format_named("nrrd"), Numbers::values, file.header(), &file.index());
   std::vector<MaterialRange> ranges = options.ranges;
+  for (const MaterialRange& range : ranges) {
+    check_name(range.name);
+    if (!(range.low < range.high))
+      throw UsageError("{}: {} has no values from {} to {}", setting_materials, range.name, range.low,
+                       range.high);
+  }
   std::sort(ranges.begin(), ranges.end(),
             [](const MaterialRange& a, const MaterialRange& b) { return a.low < b.low; });
   constexpr double infinity = std::numeric_limits<double>::infinity();
   std::vector<std::string> names;  // by material; "": values of no material that was named
+  double before = 0;
   const auto begin_at = [&](double value, const std::string& name) {
-    const auto threshold = static_cast<float>(value);
+    if (job.thresholds.empty()) job.reference = value;
+    constexpr double most = SampleWindow::largest_value;
+    const auto threshold = static_cast<float>(std::clamp(value - job.reference, -most, most));
     if (!job.thresholds.empty() && !(threshold > job.thresholds.back()))
-      throw UsageError("{}: {} and {} are the same float32 number", setting_materials, value,
-                       job.thresholds.back());
+      throw UsageError("{}: {} and {} are too close for the precision of float32", setting_materials, before,
+                       value);
+    before = value;
     job.thresholds.push_back(threshold);
     names.push_back(name);
   };
   double end = -infinity;
   if (ranges.front().low > -infinity) names.emplace_back();
   for (const MaterialRange& range : ranges) {
-    if (!(range.low < range.high))
-      throw UsageError("{}: {} has no values from {} to {}", setting_materials, range.name, range.low,
-                       range.high);
     if (range.low < end)
       throw UsageError("{}: {} begins at {}, but another one ends at {}", setting_materials, range.name,
                        range.low, end);
@@ -161,13 +184,20 @@ void settle_values(const TagBricks& file, const MaterialMeshOptions& options, Ma
   if (job.thresholds.empty())
     throw UsageError("{}: all values are of one material; give the value at which another one begins",
                      setting_materials);
+  if (names.size() > std::size_t{std::numeric_limits<Material>::max()} + 1)
+    throw UsageError("{}: there are {}, but at most {} are possible", setting_materials, names.size(),
+                     std::numeric_limits<Material>::max());
   for (std::size_t m = 0; m < names.size(); ++m)
     if (!names[m].empty()) job.names.names.emplace(static_cast<Material>(m), names[m]);
   keep_named(options, job);
-  for (std::size_t m = 0, others = 0; m < names.size(); ++m)
-    if (names[m].empty())
-      job.names.names.emplace(static_cast<Material>(m),
-                              others++ == 0 ? "other" : fmt::format("other_{}", others));
+  std::set<std::string> taken;
+  for (const std::string& name : names) taken.insert(lower_case(name));
+  for (std::size_t m = 0; m < names.size(); ++m) {
+    if (!names[m].empty()) continue;
+    std::string name = "other";
+    for (int n = 2; !taken.insert(name).second; ++n) name = fmt::format("other_{}", n);
+    job.names.names.emplace(static_cast<Material>(m), name);
+  }
   job.names.first_label = 1;
 }
 
@@ -186,13 +216,17 @@ void settle_labels(const TagBricks& file, const MaterialMeshOptions& options, Ma
         "{}: its samples may be wrong by {}, so they cannot be labels; encode it without "
         "a loss",
         file.name(), file.parameters().max_error);
-  if (!(labels.smoothing >= 0 && labels.smoothing <= LabelField::largest_radius))
-    throw UsageError("{}: {} is not from 0 to {}", setting_smooth, labels.smoothing,
-                     LabelField::largest_radius);
+  if (labels.smoothing != 0 &&
+      !(labels.smoothing >= LabelField::smallest_radius && labels.smoothing <= LabelField::largest_radius))
+    throw UsageError("{}: {} is neither 0 nor from {} to {}", setting_smooth, labels.smoothing,
+                     LabelField::smallest_radius, LabelField::largest_radius);
   job.label_smoothing = labels.smoothing;
   for (const auto& [label, name] : labels.names) {
     if (label < 0 || label > largest)
       throw UsageError("{}: {} is not from 0 to {}", setting_labels, label, largest);
+    if (const std::string lower = lower_case(name);
+        lower.starts_with("label_") && lower != fmt::format("label_{}", label))
+      throw UsageError("{}: '{}' is the name of another label", setting_labels, name);
     job.names.names.emplace(static_cast<Material>(label), name);
   }
   if (!labels.names.empty()) {
@@ -224,7 +258,8 @@ MaterialMeshJob settle_material_mesh(const TagBricks& file, const Geometry& geom
   for (const auto& [material, name] : job.names.names) {
     check_name(name);
     if (!seen.insert(lower_case(name)).second)
-      throw UsageError("{}: two are called '{}', if case is ignored", setting_materials, name);
+      throw UsageError("{}: two are called '{}', if case is ignored",
+                       options.labels ? setting_labels : setting_materials, name);
   }
   if (!options.region.is_all()) {
     const Domain& domain = file.parameters().domain();

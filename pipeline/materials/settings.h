@@ -13,10 +13,12 @@ namespace tagrid {
 struct MaterialMeshJob {
   MaterialMeshSettings settings;
   SamplePlaces places;
+  double reference = 0;           ///< values and thresholds count from this one
   std::vector<float> thresholds;  ///< of values
   MaterialNames names;
   WrittenNumbers numbers;  ///< what samples become
   std::optional<double> label_smoothing;
+  std::vector<std::string> warnings = {};
   double fine = 0, coarse = 0;
   std::string unit;
 

@@ -30,7 +30,7 @@ TAGRID_MEMBERS(WrittenNumbers, rule, is_range_known)
 TAGRID_MEMBERS(ValueRule, from, to, slopes, intercepts)
 TAGRID_MEMBERS(MeshOrder, input, volume, options, resources)
 TAGRID_MEMBERS(MaterialMeshOptions, ranges, labels, keep, parts, fine, coarse, prefers_angles, order,
-               label_volume, region, overwrite)
+               label_volume, region, overwrite, counts_edges)
 TAGRID_MEMBERS(MaterialRange, name, low, high)
 TAGRID_MEMBERS(LabelsWish, names, smoothing)
 TAGRID_MEMBERS(PartsWish, only_largest, least_volume)

@@ -37,6 +37,11 @@ def requested(materials: Optional[Materials], labels: Optional[Labels], size: Si
         one_of("parts", parts, ["largest"])
     elif parts is not None:
         options["least_volume"] = number("parts", parts)
+        if not options["least_volume"] > 0:
+            raise ArgumentError(f"parts must be \"largest\" or a volume greater than 0, not {parts!r}")
+    for name, given in (("materials", materials), ("labels", None if labels is True else labels)):
+        if given is not None and not isinstance(given, Mapping):
+            raise TypeError(f"{name} must be a dictionary, not {given!r}")
     if materials is not None:
         return options, [(str(name), *_range(name, values), 0) for name, values in materials.items()]
     named = {} if labels is True or labels is None else dict(labels)  # type: ignore[arg-type]
@@ -46,11 +51,13 @@ def requested(materials: Optional[Materials], labels: Optional[Labels], size: Si
 def _size(size: Size) -> tuple[float, float]:
     if size is None:
         return 0.0, 0.0
-    fine, coarse = size if isinstance(size, (tuple, list)) else (size, None)
-    lengths = [number("size", length) for length in (fine, coarse) if length is not None]
-    if not all(0 < length < math.inf for length in lengths):
+    lengths = list(size) if isinstance(size, (tuple, list)) else [size]
+    if len(lengths) not in (1, 2):
+        raise ArgumentError(f"size must be a length or a pair (fine, coarse), not {size!r}")
+    found = [number("size", length) for length in lengths]
+    if not all(0 < length < math.inf for length in found):
         raise ArgumentError(f"size must be greater than 0, not {size!r}")
-    return lengths[0], lengths[1] if len(lengths) > 1 else 0.0
+    return found[0], found[1] if len(found) > 1 else 0.0
 
 
 def _range(name: str, values: Sequence[Optional[float]]) -> tuple[float, float]:

@@ -340,7 +340,7 @@ class Volume:
         Warns if slices are unevenly spaced: the mesh is evenly spaced. slice_positions has their positions.
         """
         self._warn_of_uneven_slices("mesh")
-        if materials is not None or labels:
+        if materials is not None or (labels is not None and labels is not False):
             if level is not None or padded or rescaled:
                 raise ArgumentError("level, padded and rescaled are about the grid, not about materials")
             options, named = requested(materials, labels, size, smooth, parts, angles, order)

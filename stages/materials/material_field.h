@@ -108,11 +108,12 @@ class ValueField final : public MaterialField {
 /// cubic B-spline with knots W samples apart.
 class LabelField final : public MaterialField {
  public:
-  /// As for ValueField. REQUIRES: 0 <= radius <= largest_radius.
+  /// As for ValueField. REQUIRES: the radius is 0, or from the smallest to the largest one.
   LabelField(const Samples<Material>& samples, const SamplePlaces& places, double radius)
       : samples_(samples), places_(places), radius_(radius) {}
 
-  static constexpr double largest_radius = 4;
+  /// Below the smallest one, a position may be far from all samples.
+  static constexpr double smallest_radius = 0.5, largest_radius = 4;
   static double reach(double radius) { return radius == 0 ? 1 : 2 * radius; }
 
   void find_materials(Index3 first, std::span<Material> to) const override;

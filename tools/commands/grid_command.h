@@ -19,6 +19,7 @@ namespace tagrid {
 /// The words for what such a command writes, and the usual extension of its files.
 struct GridForm {
   const char *name, *plural, *extension;
+  bool uses_grid = true;  ///< the adaptive grid of the file
 };
 
 /// The options of such a command. Options has a region; Result is a GridResult.
@@ -60,7 +61,8 @@ struct GridCommand {
     add_settings(written.result, figures.settings);
     report.write(figures, written);
     for (const std::string& warning : result.warnings) warn(run, warning);
-    if (const std::string doubt = doubt_of_range(result.header, result.index.total); !doubt.empty())
+    if (const std::string doubt = doubt_of_range(result.header, result.index.total);
+        form.uses_grid && !doubt.empty())
       warn(run, "{}: {}", shown_input(input), doubt);
     if (const std::string mixed = lost_by_mixed_units(result.header.metadata.geometry()); !mixed.empty())
       warn(run, path + ": " + mixed);

@@ -106,8 +106,9 @@ void add_materials(const MaterialMeshResult& result, nlohmann::ordered_json& set
 struct MaterialMeshCommand : GridCommand<MaterialMeshOptions, MaterialMeshResult> {
   void execute(Ranks& ranks, const MaterialTexts& texts) {
     options = material_options(texts);
+    options.counts_edges = texts.quality || !run.json.empty();
     const MaterialMeshResult result = write(
-        ranks, {"mesh", "meshes", ".vtu"},
+        ranks, {"mesh", "meshes", ".vtu", false},
         [&](const MaterialMeshRun& mesh) { return write_material_mesh(ranks, mesh); }, add_materials);
     if (result.quality.removed_parts > 0 && !run.quiet)
       say("tagrid: {}: {} parts with {} tetrahedra were left out", path, result.quality.removed_parts,
@@ -149,7 +150,7 @@ struct MeshState : MeshCommand {
 Action add_mesh_command(CLI::App& app) {
   auto state = std::make_shared<MeshState>();
   CLI::App* command =
-      app.add_subcommand("mesh", "Write a tetrahedral mesh: the adaptive grid, or the materials for solvers");
+      app.add_subcommand("mesh", "Write a tetrahedral mesh of the grid, or of materials for solvers");
   add_tag_input(*command, state->input);
   add_output_options(*command, state->output);
   add_number_option(*command, "--level", state->options.level, "N",

@@ -40,19 +40,20 @@ MaterialRange range_in(std::string_view text) {
 }
 
 // A name for sets of elements: other characters become underscores.
-std::string set_name(std::string_view name) {
+std::string set_name(std::string_view name, std::int64_t label) {
   std::string result;
   for (const char c : name) {
     const bool is_kept = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
     if (is_kept || (!result.empty() && result.back() != '_')) result += is_kept ? c : '_';
   }
   while (!result.empty() && result.back() == '_') result.pop_back();
-  if (result.empty() || (result[0] >= '0' && result[0] <= '9')) result.insert(0, "m_");
+  if (result.empty()) return fmt::format("label_{}", label);  // such as a name in Chinese
+  if ((result[0] >= '0' && result[0] <= '9')) result.insert(0, "m_");
   return result.substr(0, 32);
 }
 
 void add_label(std::map<std::int64_t, std::string>& names, std::int64_t label, std::string_view name) {
-  if (!names.emplace(label, set_name(name)).second)
+  if (!names.emplace(label, set_name(name, label)).second)
     throw UsageError("--labels: label {} has two names", label);
 }
 
@@ -73,7 +74,10 @@ void add_line(std::map<std::int64_t, std::string>& names, std::string_view line,
   if (fields.empty() || fields[0].starts_with('#')) return;
   const auto label = whole_number<std::int64_t>(std::string(fields[0]));
   if (!label) {
-    if (names.empty()) return;  // the names of columns
+    const auto has_digit = [](std::string_view field) {
+      return field.find_first_of("0123456789") != field.npos;
+    };
+    if (names.empty() && !has_digit(fields[0])) return;  // the names of columns
     throw UsageError("--labels: {}: '{}' does not begin with the number of a label", where, line);
   }
   const auto is_name = [](std::string_view field) { return !finite_number(std::string(field)); };
@@ -88,6 +92,8 @@ std::string text_of(const std::string& path) {
     throw UsageError("--labels: {}: is too large for a list of names", path);
   std::string text(file.size(), '\0');
   file.read_at(0, std::as_writable_bytes(std::span(text)));
+  constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+  if (text.starts_with(byte_order_mark)) text.erase(0, byte_order_mark.size());
   return text;
 }
 
@@ -109,6 +115,8 @@ std::map<std::int64_t, std::string> label_names(const std::string& text) {
   for (const std::string_view line : split(content, '\n')) add_line(names, line, text);
   if (names.empty())
     throw UsageError("--labels: {}: has no line with the number and the name of a label", text);
+  // Lists of programs have the background, too.
+  if (names.size() > 1) names.erase(0);
   return names;
 }
 

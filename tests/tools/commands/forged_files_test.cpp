@@ -161,7 +161,7 @@ TEST_F(ForgedFiles, FieldsThatUnpackToMoreThanTheySay) {
       bytes += number(checksum_of({std::as_bytes(std::span(bytes))}));
       if (size == 1 && packed == window) continue;  // its size is right, except for the window
       // Large pages of the heap are taken whole.
-      expect_refused_everywhere(bytes, 64 * megabyte + 2 * megabyte);
+      expect_refused_everywhere(bytes, 64 * megabyte + 4 * megabyte);
     }
 }
 
