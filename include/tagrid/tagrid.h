@@ -370,6 +370,7 @@ typedef struct tagrid_material_mesh_options {
   int largest_parts;     /* 1: only the largest connected part of each material */
   double least_volume;   /* only parts of at least this volume; 0: all */
   const tagrid_box* box; /* only tetrahedra that meet the box, from sample low to high - 1; NULL: all */
+  const char* folder;    /* of temporary files, about 100 bytes per tetrahedron; NULL: /tmp */
 } tagrid_material_mesh_options;
 
 TAGRID_API void tagrid_material_mesh_options_init_sized(tagrid_material_mesh_options* options, size_t size);

@@ -128,9 +128,22 @@ bool depends_on_range(const Format& format, Numbers wanted, const TagHeader& hea
   return rescale.slope != 1 || rescale.intercept != 0;
 }
 
+WrittenNumbers numbers_of_values(const TagHeader& header, const TagIndex* index) {
+  require_scale(header.metadata, {"values", "decoding to values"});
+  const SampleType type = header.parameters.type;
+  const Interval samples = range_of_samples(type, index);
+  WrittenNumbers numbers{{type, type}};
+  const Rescale rescale = header.metadata.rescale();
+  if (header.metadata.has_slopes_of_slices())
+    numbers.rule = rule_of_slices(header, samples);
+  else if (rescale.slope != 1 || rescale.intercept != 0)
+    numbers.rule = rule_of_values(type, samples, {rescale.slope}, {rescale.intercept});
+  return numbers;
+}
+
 WrittenNumbers written_numbers(const Format& format, Numbers wanted, const TagHeader& header,
                                const TagIndex* index) {
-  if (wanted == Numbers::values) require_scale(header.metadata, {"values", "decoding to values"});
+  if (wanted == Numbers::values) return numbers_of_values(header, index);
   const SampleType type = header.parameters.type;
   WrittenNumbers numbers{{type, type}};
   const bool has_range = index != nullptr && index->total.finite > 0;
@@ -141,10 +154,6 @@ WrittenNumbers written_numbers(const Format& format, Numbers wanted, const TagHe
     return numbers;
   }
   const Rescale rescale = header.metadata.rescale();
-  if (wanted == Numbers::values) {
-    numbers.rule = rule_of_values(type, samples, {rescale.slope}, {rescale.intercept});
-    return numbers;
-  }
   if (rescale.slope != 1 || !is_whole(rescale.intercept) || is_float_type(type)) return numbers;
   auto to = type_for(values_of(samples, 1, rescale.intercept), {SampleType::int16, SampleType::uint16});
   if (!to && !has_range && !is_wide_type(type)) {

@@ -59,6 +59,9 @@ bool depends_on_range(const Format& format, Numbers wanted, const TagHeader& hea
 WrittenNumbers written_numbers(const Format& format, Numbers wanted, const TagHeader& header,
                                const TagIndex* index);
 
+/// The same for values, whatever the format. `index`: as there.
+WrittenNumbers numbers_of_values(const TagHeader& header, const TagIndex* index);
+
 /// Turns the samples of a decoded brick into what is written. Throws BrokenInput if a value is beyond the
 /// range that the index says, or UsageError if the range was not known; `name` of the file begins both.
 void change_brick(const WrittenNumbers& numbers, const BrickGrid& bricks, const std::string& name,

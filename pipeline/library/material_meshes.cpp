@@ -87,11 +87,12 @@ tagrid_status tagrid_reader_material_mesh(const tagrid_reader* reader,
         taken_over(given_sink, tagrid_material_mesh_sink_init, sizeof *given_sink);
     require(sink.points != nullptr && sink.tetrahedra != nullptr && sink.triangles != nullptr,
             "the sink of a mesh with materials needs functions for points, tetrahedra and triangles");
-    const MaterialMeshOptions options =
-        options_of(taken_over(given_options, tagrid_material_mesh_options_init, sizeof *given_options),
-                   file.parameters().dims);
+    const tagrid_material_mesh_options taken =
+        taken_over(given_options, tagrid_material_mesh_options_init, sizeof *given_options);
+    const MaterialMeshOptions options = options_of(taken, file.parameters().dims);
     const tagrid_call settings = settings_of(given);
-    MadeMaterialMesh made = make_material_mesh(file, file.header().metadata.geometry(), options, "-",
+    MadeMaterialMesh made = make_material_mesh(file, file.header().metadata.geometry(), options,
+                                               {taken.folder != nullptr ? taken.folder : "/tmp", file.name()},
                                                resources_of(settings), 0, progress_of(settings));
     pass(made.mesh, sink);
   });

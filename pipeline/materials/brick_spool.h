@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <span>
-#include <string>
+#include <utility>
 #include <vector>
 
 #include "io/files/spool_file.h"
@@ -20,8 +20,7 @@ BrickMesh brick_of(std::span<const std::byte> bytes);
 
 class BrickSpool {
  public:
-  /// A nameless file beside `path`.
-  explicit BrickSpool(const std::string& path) : file_(SpoolFile::beside(path)) {}
+  explicit BrickSpool(SpoolFile file) : file_(std::move(file)) {}
 
   void add(std::int64_t number, std::span<const std::byte> bytes);
   /// REQUIRES: it was added; nothing is added after the first call.

@@ -14,63 +14,11 @@
 #include "io/metadata/foreign_geometry.h"
 #include "io/metadata/lengths.h"
 #include "pipeline/materials/brick_spool.h"
-#include "pipeline/materials/bricks.h"
 #include "pipeline/materials/plan.h"
 #include "pipeline/materials/settings.h"
 
 namespace tagrid {
 namespace {
-
-MaterialMesh empty_mesh(const Geometry& geometry, const MaterialMeshJob& job, const std::string& path) {
-  return {job.settings.order,
-          {short_name_of_space(geometry.space), {}, job.fine},
-          job.unit,
-          {},
-          {},
-          SpoolFile::beside(path),
-          SpoolFile::beside(path),
-          SpoolFile::beside(path),
-          SpoolFile::beside(path)};
-}
-
-// What is kept but has no tetrahedra.
-void warn_of_missing(const MaterialMeshJob& job, const TagBricks& samples, MadeMaterialMesh& result,
-                     bool are_all_named, bool are_labels) {
-  if (!are_all_named) return;
-  const auto& total = samples.index().total;
-  const Rescale rescale = are_labels ? Rescale{} : samples.header().metadata.rescale();
-  const double low = rescale.slope * total.low + rescale.intercept;
-  const double high = rescale.slope * total.high + rescale.intercept;
-  const std::string values = fmt::format("; {} are from {:.6g} to {:.6g}", are_labels ? "labels" : "values",
-                                         std::min(low, high), std::max(low, high));
-  for (const auto& [material, name] : job.names.names) {
-    if (!job.settings.keeps(material)) continue;
-    const auto is_it = [&](const MaterialElements& m) { return m.name == name && m.count > 0; };
-    if (std::none_of(result.mesh.materials.begin(), result.mesh.materials.end(), is_it))
-      result.warnings.push_back(fmt::format("no tetrahedron is of {}{}", name, values));
-  }
-}
-
-// Puts bricks together, however they were made.
-MadeMaterialMesh finished(const TagBricks& samples, const MaterialMeshJob& job, const Geometry& geometry,
-                          const MaterialMeshOptions& options, const std::string& path,
-                          MeshAssembler& assembler) {
-  MadeMaterialMesh made{empty_mesh(geometry, job, path), {}, job.fine, job.coarse, {}};
-  made.quality = assembler.finish(job.names, options.parts, made.mesh);
-  if (options.counts_edges) count_touching_edges(made.mesh, made.quality, bytes_for_edges);
-  made.warnings = job.warnings;
-  warn_of_missing(job, samples, made, !options.labels || !options.labels->names.empty(),
-                  options.labels.has_value());
-  return made;
-}
-
-void add_layers(MaterialBricks& bricks, int thread_count, MeshAssembler& assembler) {
-  for (std::size_t i = 0; i < bricks.layers().size(); ++i) {
-    bricks.make(i, thread_count, [&](std::int64_t, const BrickMesh& brick) { assembler.add(brick); });
-    if (const MeshLayer& layer = bricks.layers()[i]; !layer.bricks.empty())
-      assembler.end_layer(layer.bricks.front().high.z);
-  }
-}
 
 // The same of bricks that ranks have made.
 void add_layers(const std::vector<MeshLayer>& layers, BrickSpool& made, MeshAssembler& assembler) {
@@ -81,41 +29,25 @@ void add_layers(const std::vector<MeshLayer>& layers, BrickSpool& made, MeshAsse
   }
 }
 
-}  // namespace
-
-namespace {
-
-// True if the first or the last sample of two volumes of the same size are more than a tenth of a sample apart, as far as
-// both say where they are.
+// True if the samples of two volumes of the same size are at other places, as far as both say where they are.
 bool lies_elsewhere(const TagBricks& a, const TagBricks& b) {
   const Geometry of_a = in_one_unit(a.header().metadata.geometry()),
                  of_b = in_one_unit(b.header().metadata.geometry());
   if (!of_a.has_spacing || !of_b.has_spacing) return false;
-  const Index3 last = a.parameters().dims - Index3{1, 1, 1};
-  const double tenth = spacing_or_1(of_a, 0) / 10;
-  const auto differ = [&](Index3 p) {
-    const auto u = to_world(of_a, p), v = to_world(of_b, p);
-    return std::hypot(u[0] - v[0], u[1] - v[1], u[2] - v[2]) > std::abs(tenth);
+  const double tenth = std::abs(spacing_or_1(of_a, 0)) / 10;
+  const auto distance = [](const std::array<double, 3>& u, const std::array<double, 3>& v) {
+    return std::hypot(u[0] - v[0], u[1] - v[1], u[2] - v[2]);
   };
-  return differ({0, 0, 0}) || differ(last);
+  if (of_a.has_origin && of_b.has_origin && distance(of_a.origin, of_b.origin) > tenth) return true;
+  const auto across = [&](const Geometry& geometry) {
+    auto w = to_world(geometry, a.parameters().dims - Index3{1, 1, 1});
+    for (std::size_t i = 0; i < 3; ++i) w[i] -= geometry.origin[i];
+    return w;
+  };
+  return of_a.has_directions == of_b.has_directions && distance(across(of_a), across(of_b)) > tenth;
 }
 
 }  // namespace
-
-MadeMaterialMesh make_material_mesh(const TagBricks& samples, const Geometry& geometry,
-                                    const MaterialMeshOptions& options, const std::string& path,
-                                    const Resources& resources, std::uint64_t besides,
-                                    const Progress& progress) {
-  const MaterialMeshJob job = settle_material_mesh(samples, geometry, options);
-  const std::vector<MeshLayer> layers = layers_of(job);
-  const int threads = threads_for_mesh(samples.parameters(), job, layers, resources, besides);
-  MeshAssembler assembler(job.settings, path);
-  {
-    MaterialBricks bricks(samples, job, layers, threads, progress);
-    add_layers(bricks, threads, assembler);
-  }
-  return finished(samples, job, geometry, options, path, assembler);
-}
 
 MaterialMeshInputs::MaterialMeshInputs(const std::string& input, std::int64_t volume,
                                        const std::string& label_volume)
@@ -151,16 +83,17 @@ Finished<MaterialMeshResult> write_material_mesh(const MaterialMeshRun& run, con
   const MaterialMeshInputs inputs(run.input, run.volume, options.label_volume);
   const Geometry geometry = inputs.geometry();
   const std::shared_ptr<MaterialMeshFile> output = format.create_materials(run.output, options.overwrite);
+  const SpoolPlace place{spool_folder({}, run.output), run.output};
   std::optional<MadeMaterialMesh> made;
   if (share) {
     const MaterialMeshJob job = settle_material_mesh(inputs.samples(), geometry, options);
-    BrickSpool bricks(run.output);
+    BrickSpool bricks(place.file());
     share(inputs, job, bricks);
-    MeshAssembler assembler(job.settings, run.output);
+    MeshAssembler assembler(job.settings, place);
     add_layers(layers_of(job), bricks, assembler);
-    made.emplace(finished(inputs.samples(), job, geometry, options, run.output, assembler));
+    made.emplace(finished_mesh(inputs.samples(), job, geometry, options, place, assembler));
   } else {
-    made.emplace(make_material_mesh(inputs.samples(), geometry, options, run.output, run.resources,
+    made.emplace(make_material_mesh(inputs.samples(), geometry, options, place, run.resources,
                                     format.memory_of_writer, run.progress));
   }
   output->write(made->mesh);

@@ -75,7 +75,7 @@ struct MadeMaterialMesh {
   std::vector<std::string> warnings = {};
 };
 
-/// The mesh of the samples of a .tag file, in nameless temporary files beside `path`. `geometry` is that of the samples.
+/// The mesh of the samples of a .tag file, in nameless temporary files. `geometry` is that of the samples.
 ///
 /// The lattice is cubic in the world, whatever the spacing of samples is, and begins at the first sample; it ends at
 /// the last complete cube. Every tetrahedron has one material; interfaces are where interpolated values reach a
@@ -85,9 +85,14 @@ struct MadeMaterialMesh {
 /// that of what writes the mesh.
 /// Throws UsageError for impossible options, MemoryLimit, BrokenInput, WorldError.
 MadeMaterialMesh make_material_mesh(const TagBricks& samples, const Geometry& geometry,
-                                    const MaterialMeshOptions& options, const std::string& path,
+                                    const MaterialMeshOptions& options, const SpoolPlace& place,
                                     const Resources& resources, std::uint64_t besides = 0,
                                     const Progress& progress = {});
+
+/// The mesh of bricks that were put together, however they were made.
+MadeMaterialMesh finished_mesh(const TagBricks& samples, const MaterialMeshJob& job, const Geometry& geometry,
+                               const MaterialMeshOptions& options, const SpoolPlace& place,
+                               MeshAssembler& assembler);
 
 using MaterialMeshRun = GridRun<MaterialMeshOptions>;
 

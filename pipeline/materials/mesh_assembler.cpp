@@ -153,12 +153,8 @@ std::size_t MeshAssembler::HashOfKey::operator()(const std::array<std::uint64_t,
   return mixed(key[0] ^ mixed(key[1] ^ mixed(key[2])));
 }
 
-MeshAssembler::MeshAssembler(const MaterialMeshSettings& settings, const std::string& path)
-    : settings_(settings),
-      path_(path),
-      points_(SpoolFile::beside(path)),
-      elements_(SpoolFile::beside(path)),
-      faces_(SpoolFile::beside(path)) {}
+MeshAssembler::MeshAssembler(const MaterialMeshSettings& settings, const SpoolPlace& place)
+    : settings_(settings), points_(place.file()), elements_(place.file()), faces_(place.file()) {}
 
 void MeshAssembler::add(const BrickMesh& brick) {
   first_part_ = static_cast<std::uint32_t>(parts_.size());

@@ -56,10 +56,17 @@ struct MeshQuality {
   std::int64_t removed_parts = 0, removed_tetrahedra = 0;
 };
 
+/// Where nameless temporary files are: in a folder, for what a message calls `whose`.
+struct SpoolPlace {
+  std::string folder, whose;
+
+  SpoolFile file() const { return SpoolFile::in(folder, whose); }
+};
+
 class MeshAssembler {
  public:
-  /// What does not fit into memory waits in nameless files beside `path`. `settings` must stay.
-  MeshAssembler(const MaterialMeshSettings& settings, const std::string& path);
+  /// What does not fit into memory waits in temporary files. `settings` must stay.
+  MeshAssembler(const MaterialMeshSettings& settings, const SpoolPlace& place);
 
   /// REQUIRES: bricks come in the order of their numbers.
   void add(const BrickMesh& brick);
@@ -135,7 +142,6 @@ class MeshAssembler {
   void write_faces(const Kept& kept, const MaterialNames& names, MaterialMesh& mesh, MeshQuality& quality);
 
   const MaterialMeshSettings& settings_;
-  std::string path_;
   std::int64_t node_count_ = 0;
   std::map<Material, std::int64_t> element_counts_;
   SpoolFile points_, elements_, faces_;

@@ -143,7 +143,7 @@ void keep_named(const MaterialMeshOptions& options, MaterialMeshJob& job) {
 }
 
 void settle_values(const TagBricks& file, const MaterialMeshOptions& options, MaterialMeshJob& job) {
-  job.numbers = written_numbers(format_named("nrrd"), Numbers::values, file.header(), &file.index());
+  job.numbers = numbers_of_values(file.header(), &file.index());
   std::vector<MaterialRange> ranges = options.ranges;
   for (const MaterialRange& range : ranges) {
     check_name(range.name);

@@ -179,7 +179,7 @@ int serve(Ranks& ranks, const std::function<void(std::uint64_t)>& limit_memory,
         break;
       case Task::mesh_parts:
         obey<MeshOrder>(bytes, limit_memory, [&](const MeshOrder& order) {
-          BrickSpool bricks("-");
+          BrickSpool bricks(SpoolFile::beside("-"));
           mesh_parts(ranks, order, bricks);
         });
         break;

@@ -364,6 +364,8 @@ py::tuple Reader::material_mesh(const py::dict& given, const std::vector<py::tup
   options.order = given["order"].cast<int>();
   options.largest_parts = given["largest"].cast<bool>();
   options.least_volume = given["least_volume"].cast<double>();
+  const std::string folder = given["folder"].cast<std::string>();
+  options.folder = folder.c_str();
   const tagrid_box box = box_of(corners.value_or(Corners{}));
   if (corners) options.box = &box;
   TakenMaterials taken{

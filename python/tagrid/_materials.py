@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tempfile
 from typing import Any, Mapping, Optional, Sequence, Union
 
 import numpy as np
@@ -32,7 +33,7 @@ def requested(materials: Optional[Materials], labels: Optional[Labels], size: Si
     options: dict[str, Any] = {
         "labels": materials is None, "smooth": 1.0 if smooth is None else number("smooth", smooth), "fine": fine,
         "coarse": coarse, "best_angles": angles == 15, "order": whole_number("order", order),
-        "largest": parts == "largest", "least_volume": 0.0}
+        "largest": parts == "largest", "least_volume": 0.0, "folder": tempfile.gettempdir()}
     if isinstance(parts, str):
         one_of("parts", parts, ["largest"])
     elif parts is not None:

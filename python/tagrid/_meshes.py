@@ -56,7 +56,7 @@ class MaterialMesh:
 
     def meshio(self) -> Any:
         """The mesh as a meshio.Mesh with cell sets for materials and surfaces. Requires meshio."""
-        import meshio
+        import meshio  # type: ignore[import]
 
         second = self.cells.shape[1] == 10
         blocks: list[Any] = [("tetra10" if second else "tetra", self.cells)]

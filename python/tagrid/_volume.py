@@ -311,10 +311,16 @@ class Volume:
              progress: Progress = None) -> Mesh: ...
 
     @overload
-    def mesh(self, level: None = None, region: Optional[Region] = None, *, materials: Optional[Materials] = None,
-             labels: Optional[Labels] = None, size: Size = None, smooth: Optional[float] = None,
-             parts: Union[None, str, float] = None, angles: int = 9, order: int = 1, threads: Optional[int] = None,
-             memory_limit: int = 0, progress: Progress = None) -> MaterialMesh: ...
+    def mesh(self, level: None = None, region: Optional[Region] = None, *, materials: Materials,
+             size: Size = None, smooth: Optional[float] = None, parts: Union[None, str, float] = None, angles: int = 9,
+             order: int = 1, threads: Optional[int] = None, memory_limit: int = 0,
+             progress: Progress = None) -> MaterialMesh: ...
+
+    @overload
+    def mesh(self, level: None = None, region: Optional[Region] = None, *, labels: Labels,
+             size: Size = None, smooth: Optional[float] = None, parts: Union[None, str, float] = None, angles: int = 9,
+             order: int = 1, threads: Optional[int] = None, memory_limit: int = 0,
+             progress: Progress = None) -> MaterialMesh: ...
 
     def mesh(self, level: Optional[int] = None, region: Optional[Region] = None, *, padded: bool = False,
              rescaled: bool = False, materials: Optional[Materials] = None, labels: Optional[Labels] = None,

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import sys
 import unittest
 
 import numpy as np
@@ -139,4 +140,4 @@ class Materials(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    unittest.main(argv=sys.argv[:1])

@@ -485,7 +485,7 @@ class WrongInput(SolverTest):
         self.fails(64, "samples are values or labels", "labels.tag", "--labels", "all", "--materials", "a=:0")
         self.fails(64, "label 1 has two names", "labels.tag", "--labels", "1=a,1=b")
         self.fails(64, "not LABEL=NAME, such as 1=bone", "labels.tag", "--labels", "x=a")
-        self.fails(64, "no line with the number and the name of a label", "labels.tag", "--labels", "scan.nrrd")
+        self.fails(64, "does not begin with the number of a label", "labels.tag", "--labels", "scan.nrrd")
         self.fails(74, "nothing.csv: cannot open", "labels.tag", "--labels", "nothing.csv")
         self.fails(74, "nothing.tag: cannot open", "labels.tag", "--label-volume", "nothing.tag")
         self.fails(74, "nothing.tag: cannot open", "nothing.tag", "--labels", "all")
@@ -496,7 +496,7 @@ class WrongInput(SolverTest):
         self.fails(64, "9 or 15", *two, "--angles", "12")
         self.fails(64, "'some' is neither largest nor a volume", *two, "--parts", "some")
         self.fails(64, "only to labels", *two, "--smooth", "1")
-        self.fails(64, "from 0 to 4", "labels.tag", "--labels", "all", "--smooth", "9")
+        self.fails(64, "from 0.5 to 4", "labels.tag", "--labels", "all", "--smooth", "9")
         self.fails(64, "adaptive grid", *two, "--level", "3")
 
     def test_input_that_cannot_be_read(self):

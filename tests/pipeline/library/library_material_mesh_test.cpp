@@ -76,8 +76,8 @@ TEST_F(LibraryMaterialMesh, IsThatOfTheProgram) {
     same.ranges = {{"low", -INFINITY, 100}, {"high", 100, INFINITY}};
     same.fine = {2, ""};
     same.order = order;
-    MadeMaterialMesh wanted =
-        make_material_mesh(file, file.header().metadata.geometry(), same, path("m"), Resources(2));
+    MadeMaterialMesh wanted = make_material_mesh(file, file.header().metadata.geometry(), same,
+                                                 {path(""), "the mesh"}, Resources(2));
 
     const ReaderHandle reader = open_reader(memory);
     TakenMaterials found;

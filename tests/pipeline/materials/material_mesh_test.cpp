@@ -98,8 +98,8 @@ class MaterialMeshOfFile : public TemporaryFolder {
   }
   Mesh mesh(const std::string& tag, const MaterialMeshOptions& options, int threads = 2) const {
     const TagBricks bricks(open_source(tag));
-    return Mesh(make_material_mesh(bricks, bricks.header().metadata.geometry(), options, path("m"),
-                                   Resources(threads)));
+    return Mesh(make_material_mesh(bricks, bricks.header().metadata.geometry(), options,
+                                   {path(""), "the mesh"}, Resources(threads)));
   }
 };
 

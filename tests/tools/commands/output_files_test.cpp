@@ -169,14 +169,15 @@ TEST_F(OutputFiles, ATagFileIsNotRemovedForAVolumeThatHoldsLess) {
   const std::string head =
       "NRRD0004\ntype: short\ndimension: 3\nsizes: 52 40 36\nendian: little\nencoding: raw\n";
   const std::string samples = samples_of(content("volume.nrrd"));
+  const Arguments by_pipe = {"by pipe"};
   const auto kept = [&](const std::string& fields, const Arguments& more, const std::string& output,
                         std::string_view why, const Arguments& encoding = {"--strip"}) {
     // An unknown spacing is lost, too.
     const char* spacing = fields.find("spac") == fields.npos ? "spacings: 1 1 1\n" : "";
     file("a.nrrd", head + spacing + fields + "\n" + samples);
     // What comes through a pipe has no source files.
-    expect_ok(encoding.empty() ? tagrid({"encode", "-", "-qfo", "a.tag"}, content("a.nrrd"))
-                               : tagrid(with({"encode", "a.nrrd", "-qfo", "a.tag"}, encoding)));
+    expect_ok(encoding == by_pipe ? tagrid({"encode", "-", "-qfo", "a.tag"}, content("a.nrrd"))
+                                  : tagrid(with({"encode", "a.nrrd", "-qfo", "a.tag"}, encoding)));
     expect_error(tagrid(with({"decode", "a.tag", "--rm", "-o", output}, more)), usage, why);
     EXPECT_EQ(names(), (Names{"a.nrrd", "a.tag", "volume.nrrd"})) << output;
   };
@@ -186,7 +187,7 @@ TEST_F(OutputFiles, ATagFileIsNotRemovedForAVolumeThatHoldsLess) {
   kept(place, {}, "a.tif", "the spacing is not written: its unit is unknown");
   kept("rescale_slope:=0.1\nrescale_intercept:=0.3\n", {}, "a.tif", "TIFF rounds the intercept");
   kept("spacings: 1 1 1\nunits: \"furlong\" \"furlong\" \"furlong\"\n", {}, "a.nii.gz",
-       "does not know the unit", {});
+       "does not know the unit", by_pipe);
   kept("slice_positions:=0 0 0; 0 0 1; 0 0 9\n", {}, "a.mha", "slices lie at unequal distances");
   kept("slice_positions:=0 0 0; 0 0 1; 0 0 9\n", {}, "a.vdb", "slices lie at unequal distances");
   kept("spacings: nan nan nan\n", {}, "a.mha", "cannot record that a spacing is unknown");
