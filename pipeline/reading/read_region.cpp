@@ -3,6 +3,7 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <mutex>
 #include <utility>
@@ -118,6 +119,37 @@ void read_region(const TagBricks& file, const Region& region, const RegionOutput
                  const Progress& progress) {
   IndexedBricks bricks(file);
   read_region(bricks, file.parameters(), region, output, threads, progress);
+}
+
+void refuse_region(std::int64_t low, std::int64_t high, int axis, std::int64_t samples) {
+  throw UsageError(
+      "a region of {}:{} along {}: is empty or reaches beyond the volume, which has {} "
+      "samples along {} (0:{})",
+      low, high, "xyz"[axis], samples, "xyz"[axis], samples);
+}
+
+Region region_of(const WantedRegion& wanted, const CodingParameters& parameters) {
+  const Index3& dims = parameters.dims;
+  if (wanted.step < 1 || wanted.step > parameters.cube_size ||
+      !std::has_single_bit(static_cast<std::uint64_t>(wanted.step)))
+    throw UsageError(
+        "a step of {} is not possible: it must be a power of two from 1 to {}, the edge of this "
+        "file's root cubes",
+        wanted.step, parameters.cube_size);
+  Region region;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const std::int64_t low = wanted.low[a].value_or(0), high = wanted.high[a].value_or(dims[axis]);
+    if (low < 0 || low >= high || high > dims[axis]) refuse_region(low, high, axis, dims[axis]);
+    region.step[axis] = wanted.step;
+    region.box.low[axis] = (low + wanted.step - 1) / wanted.step * wanted.step;
+    region.box.high[axis] = high - 1;
+    if (region.box.low[axis] > region.box.high[axis])
+      throw UsageError("a region of {}:{} along {} has no sample whose coordinate is a multiple of {}", low,
+                       high, "xyz"[axis], wanted.step);
+  }
+  region.box = parameters.domain().points_of(region.box);
+  return region;
 }
 
 }  // namespace tagrid

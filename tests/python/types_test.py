@@ -34,7 +34,7 @@ points, triangles = volume.surface(3)
 reveal_type(points)  # numpy.ndarray
 print({**tagrid.hdf5.Filter(max_error=5)}, len(tagrid.zarr.Store("scan.tag")))
 volume.read(region=5)  # error: Argument "region"
-volume.mesh(level="all")  # error: Argument "level"
+volume.mesh(level="all")  # error: No overload variant of "mesh"
 tagrid.encode(array, max_error="noise:2")
 tagrid.encode(array, max_error=[5])  # error:
 volume.shpae  # error: "Volume" has no attribute "shpae"
