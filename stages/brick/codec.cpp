@@ -273,7 +273,7 @@ Status decode_brick_samples(BrickCodeView code, const CodingParameters& paramete
                             std::int64_t slices, DecodedBrick& brick) {
   std::vector<std::uint8_t> carried;
   const Status status = decode_values(code, parameters, id, slices, brick, carried);
-  brick.points = {};
+  brick.points = std::vector<std::byte>();  // "{}" would keep the memory
   brick.active = LatticeBits();
   return status;
 }
