@@ -458,6 +458,21 @@ class WrongInput(SolverTest):
         self.fails(64, "19 mm thick along x.*choose a smaller size", *two, "50mm")
         self.fails(64, "does not state its unit of length; give sizes without 'mm'", "bare.tag", *two[1:], "1mm")
 
+    def test_the_second_file_of_a_format_is_not_the_input(self):
+        for arguments in (("scan.h5", "--materials", "in=:0,out=0:"), ("scan.tag", "--labels", "all", "--label-volume", "scan.h5")):
+            (self.folder / "scan.h5").write_bytes((self.folder / "labels.tag").read_bytes())
+            before = (self.folder / "scan.h5").read_bytes()
+            self.fails(64, "is the input itself", *arguments, "-f", output="scan.xdmf")
+            self.assertEqual((self.folder / "scan.h5").read_bytes(), before)
+
+    def test_lists_of_names(self):
+        (self.folder / "bom.csv").write_bytes(b"\xef\xbb\xbf1,bone\n0,air\n")
+        run = self.tagrid("mesh", "labels.tag", "--labels", "bom.csv", "-o", "a.inp", "--json", "a.json")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        # The background is not meshed.
+        report = json.loads((self.folder / "a.json").read_text())
+        self.assertEqual([m["name"] for m in report["settings"]["materials"]], ["bone"])
+
     def test_names_and_ranges(self):
         for code, says, materials in (
                 (64, "'soft tissue' is not a name", "soft tissue=:0"), (64, "begins with a letter", "1a=:0"), (64, "is not NAME=LOW:HIGH", "=:0"),

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <random>
 #include <set>
@@ -431,6 +432,46 @@ TEST_F(MaterialMeshOfFile, OfLabels) {
   EXPECT_TRUE(all.points == mesh.points && all.nodes == mesh.nodes);
 }
 
+// Sets a_b and c, and a and b_c, would have surfaces of one name.
+TEST_F(MaterialMeshOfFile, HasSurfacesOfDifferentNames) {
+  const Index3 dims{17, 17, 17};
+  std::mt19937 random(2);
+  std::vector<std::uint8_t> labels;
+  for_each_point_of(Box::of_size(dims),
+                    [&](Index3) { labels.push_back(static_cast<std::uint8_t>(random() % 6)); });
+  MaterialMeshOptions options;
+  options.labels = LabelsWish{{{1, "a"}, {2, "a_b"}, {3, "b_c"}, {4, "b_c_7"}, {5, "c"}}, 0};
+  check_surfaces(mesh(encoded("l.tag", dims, labels, "", "uint8"), options));
+}
+
+TEST_F(MaterialMeshOfFile, ValuesFarFromZeroKeepTheirPrecision) {
+  MaterialVolume volume = balls();
+  for (float& value : volume.values) value = std::round(value * 65536) / 65536;  // so that the sums are exact
+  MaterialMeshOptions options = options_for(volume);
+  const Mesh near = mesh(encoded(volume), options);
+  std::vector<double> far;
+  for (const float value : volume.values) far.push_back(static_cast<double>(value) + (1 << 30));
+  for (MaterialRange& range : options.ranges) range.low += 1 << 30, range.high += 1 << 30;
+  const Mesh other = mesh(encoded("far.tag", volume.dims, far, "spacings: 1 1.25 1\n", "double"), options);
+  EXPECT_TRUE(near.points == other.points && near.nodes == other.nodes);
+}
+
+TEST_F(MaterialMeshOfFile, InfinitiesAreVeryLargeValues) {
+  MaterialVolume volume{{21, 21, 21}};
+  volume.thresholds = {0};
+  volume.edge = 1;
+  volume.fill([](double x, double y, double z) { return 7 - distance(x - 10, y - 10, z - 10); });
+  const MaterialMeshOptions options = options_for(volume);
+  const Mesh plain = mesh(encoded(volume), options);
+  for (const float value : {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::max()}) {
+    // They are inside, so the surface stays.
+    volume.values[static_cast<std::size_t>(Box::of_size(volume.dims).offset({10, 10, 10}))] = value;
+    volume.values[static_cast<std::size_t>(Box::of_size(volume.dims).offset({11, 10, 10}))] = value;
+    const Mesh other = mesh(encoded(volume), options);
+    EXPECT_TRUE(plain.points == other.points && plain.nodes == other.nodes) << value;
+  }
+}
+
 TEST_F(MaterialMeshOfFile, IsMirroredLikeTheVolume) {
   MaterialVolume volume = balls();
   const std::string lines =
@@ -537,6 +578,13 @@ TEST_F(MaterialMeshOfFile, RefusesWhatItCannotMake) {
        "too fine"},
       {[](auto& o) { o.order = 3; }, "1 or 2"},
       {[](auto& o) { o.labels = LabelsWish{}; }, "labels must be integers"},
+      {[](auto& o) { o.ranges[0].name = ""; }, "is not a name"},
+      {[](auto& o) { o.ranges[1].low = NAN; }, "has no values from nan"},
+      {[](auto& o) {
+         o.ranges.clear();
+         for (int i = 0; i < 70000; ++i) o.ranges.push_back({"m" + std::to_string(i), i * 1.0, i + 1.0});
+       },
+       "at most 65535"},
   };
   for (const auto& [change, wanted] : cases)
     EXPECT_NE(message(change).find(wanted), std::string::npos) << message(change) << " instead of " << wanted;
