@@ -42,7 +42,8 @@ label(longer
 # ---- sanitizers, in every run of .ci/run
 
 # Sanitizers find what a line does wrong, whatever the numbers; tools/test.sh proves these with more random volumes.
-set(numbers "Real(Volumes|Rates)" OfTheLobster "SurfaceOfMesh.*/(2x2x2|9x9x9|13x|33x)" SmallestLimitOfMemory MetadataThatNoReader)
+set(numbers "Real(Volumes|Rates)" OfTheLobster "SurfaceOfMesh.*/(2x2x2|9x9x9|13x|33x)" SmallestLimitOfMemory MetadataThatNoReader
+            "MaterialMeshOfFile\\.(PartsAre|LeavesOut|ValuesFar|OfARegion)")
 # Readers and decoders, on damaged input and on calls of the library.
 label(asan
       OF "^(io|pipeline)/" "^readers/(dicom|tiff|hdf5|jp2|zarr)$"
@@ -57,7 +58,7 @@ label(tsan
       BUT ${numbers} "14x15x30 S 8" "<(short|int|double)>" "EveryMode<float>" DerivedGridOfType AreThoseOfTheOracle
           AwkwardVolumesHave AnyBoxHas EveryGeometry OneSpike EveryStretchOfRows HoldsOnAwkward ARunThatGoesOn DamagedFilesGive
           BoundsThatFollow ADamagedBrickIs AnAlignedChunk EveryTypeAndMode "21x6x25 S 4" SurfaceInWorld OrderFields
-          RowOutputTest)
+          RowOutputTest "MaterialMeshOfFile\\.(IsThatOf|Has|OfLabels|Infinities|IsMirrored)")
 
 # ---- sanitizers, in tools/test.sh --long
 

@@ -234,7 +234,8 @@ TEST_F(DerivedGridOfFile, EveryStretchOfRowsHasItsGrid) {
   const TagBricks derived(std::make_shared<FileSource>(derived_)),
       stored(std::make_shared<FileSource>(stored_));
   const BrickGrid bricks = derived.parameters().bricks();
-  Verifier of_derived(derived, derived.index(), verify_setup("", derived.header(), std::nullopt, {}, Resources(1))),
+  Verifier of_derived(derived, derived.index(),
+                      verify_setup("", derived.header(), std::nullopt, {}, Resources(1))),
       of_stored(stored, stored.index(), verify_setup("", stored.header(), std::nullopt, {}, Resources(1)));
   Watch unwatched;
   for (std::int64_t z = 0; z < bricks.bricks(2); ++z)

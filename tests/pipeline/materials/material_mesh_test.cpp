@@ -374,7 +374,7 @@ TEST_F(MaterialMeshOfFile, LeavesOutLooseParts) {
 TEST_F(MaterialMeshOfFile, PartsAreConnectedAcrossBricks) {
   // Noise, against the components by faces of the whole.
   std::mt19937 random(5);
-  MaterialVolume volume{{60, 41, 50}};
+  MaterialVolume volume{{40, 35, 38}};
   volume.edge = 1;
   volume.cube_size = 8;
   volume.fill([&](double, double, double) { return static_cast<double>(random() % 1000) / 1000; });
