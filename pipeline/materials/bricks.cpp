@@ -1,8 +1,9 @@
 #include "pipeline/materials/bricks.h"
 
-#include <oneapi/tbb/parallel_pipeline.h>
+#include <oneapi/tbb/flow_graph.h>
 
 #include <memory>
+#include <tuple>
 #include <utility>
 
 namespace tagrid {
@@ -34,27 +35,39 @@ BrickMesh MaterialBricks::mesh_of(const Box& closed_box) const {
 
 void MaterialBricks::make(std::size_t number, int threads,
                           const std::function<void(std::int64_t, const BrickMesh&)>& use) {
-  using oneapi::tbb::filter_mode;
   const MeshLayer& layer = layers_[number];
   if (layer.bricks.empty()) return;
   window_.move_to(layer.samples.low.z, layer.samples.high.z);
-  using Made = std::shared_ptr<const BrickMesh>;
-  std::size_t next = 0;
-  std::int64_t used = first_[number];
-  const auto begin = [&](oneapi::tbb::flow_control& control) -> std::size_t {
-    if (next == layer.bricks.size()) control.stop();
-    return next++;
+  namespace flow = oneapi::tbb::flow;
+  struct MadeBrick {
+    std::size_t number;
+    BrickMesh mesh;
   };
-  const auto mesh = [&](std::size_t brick) -> Made {
-    return std::make_shared<const BrickMesh>(mesh_of(layer.bricks[brick]));
-  };
-  const auto pass = [&](const Made& brick) { use(used++, *brick); };
+  using Made = std::shared_ptr<const MadeBrick>;
+  using Pass = flow::multifunction_node<Made, std::tuple<int>>;
   threads_.run([&] {
-    oneapi::tbb::parallel_pipeline(
-        static_cast<std::size_t>(bricks_in_flight(threads)),
-        oneapi::tbb::make_filter<void, std::size_t>(filter_mode::serial_in_order, begin) &
-            oneapi::tbb::make_filter<std::size_t, Made>(filter_mode::parallel, mesh) &
-            oneapi::tbb::make_filter<Made, void>(filter_mode::serial_in_order, pass));
+    std::size_t next = 0;
+    flow::graph graph;
+    flow::input_node<std::size_t> begin(graph, [&](oneapi::tbb::flow_control& control) -> std::size_t {
+      if (next == layer.bricks.size()) control.stop();
+      return next++;
+    });
+    flow::limiter_node<std::size_t, int> few(graph, static_cast<std::size_t>(bricks_in_flight(threads)));
+    flow::function_node<std::size_t, Made> mesh(
+        graph, static_cast<std::size_t>(threads), [&](std::size_t brick) -> Made {
+          return std::make_shared<const MadeBrick>(MadeBrick{brick, mesh_of(layer.bricks[brick])});
+        });
+    flow::sequencer_node<Made> in_order(graph, [](const Made& brick) { return brick->number; });
+    Pass pass(graph, flow::serial, [&](const Made& brick, Pass::output_ports_type& out) {
+      use(first_[number] + static_cast<std::int64_t>(brick->number), brick->mesh);
+      std::get<0>(out).try_put(1);
+    });
+    flow::make_edge(begin, few);
+    flow::make_edge(few, mesh);
+    flow::make_edge(mesh, in_order);
+    flow::make_edge(in_order, pass);
+    flow::make_edge(flow::output_port<0>(pass), few.decrementer());
+    run_graph(graph, begin);
   });
 }
 
