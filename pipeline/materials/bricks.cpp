@@ -33,10 +33,11 @@ BrickMesh MaterialBricks::mesh_of(const Box& closed_box) const {
                        closed_box);
 }
 
-void MaterialBricks::make(std::size_t number, int threads,
+void MaterialBricks::make(std::size_t number,
                           const std::function<void(std::int64_t, const BrickMesh&)>& use) {
   const MeshLayer& layer = layers_[number];
   if (layer.bricks.empty()) return;
+  const int threads = threads_.count();
   window_.move_to(layer.samples.low.z, layer.samples.high.z);
   namespace flow = oneapi::tbb::flow;
   struct MadeBrick {

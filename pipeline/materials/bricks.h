@@ -26,7 +26,7 @@ class MaterialBricks {
   /// Calls use(number, brick) for the bricks of a layer, in order: all threads make them, one at a time uses them.
   /// Bricks are numbered over all layers. Throws BrokenInput, WorldError, and the exceptions of `use`.
   /// REQUIRES: layers come in rising order.
-  void make(std::size_t layer, int threads, const std::function<void(std::int64_t, const BrickMesh&)>& use);
+  void make(std::size_t layer, const std::function<void(std::int64_t, const BrickMesh&)>& use);
 
  private:
   BrickMesh mesh_of(const Box& closed_box) const;

@@ -42,9 +42,9 @@ void warn_of_missing(const MaterialMeshJob& job, const TagBricks& samples, MadeM
   }
 }
 
-void add_layers(MaterialBricks& bricks, int thread_count, MeshAssembler& assembler) {
+void add_layers(MaterialBricks& bricks, MeshAssembler& assembler) {
   for (std::size_t i = 0; i < bricks.layers().size(); ++i) {
-    bricks.make(i, thread_count, [&](std::int64_t, const BrickMesh& brick) { assembler.add(brick); });
+    bricks.make(i, [&](std::int64_t, const BrickMesh& brick) { assembler.add(brick); });
     if (const MeshLayer& layer = bricks.layers()[i]; !layer.bricks.empty())
       assembler.end_layer(layer.bricks.front().high.z);
   }
@@ -74,7 +74,7 @@ MadeMaterialMesh make_material_mesh(const TagBricks& samples, const Geometry& ge
   MeshAssembler assembler(job.settings, place);
   {
     MaterialBricks bricks(samples, job, layers, threads, progress);
-    add_layers(bricks, threads, assembler);
+    add_layers(bricks, assembler);
   }
   return finished_mesh(samples, job, geometry, options, place, assembler);
 }

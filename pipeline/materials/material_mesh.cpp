@@ -20,7 +20,7 @@
 namespace tagrid {
 namespace {
 
-// The same of bricks that ranks have made.
+// Puts together the bricks that ranks have made.
 void add_layers(const std::vector<MeshLayer>& layers, BrickSpool& made, MeshAssembler& assembler) {
   std::int64_t number = 0;
   for (const MeshLayer& layer : layers) {
@@ -88,7 +88,7 @@ Finished<MaterialMeshResult> write_material_mesh(const MaterialMeshRun& run, con
   if (share) {
     const MaterialMeshJob job = settle_material_mesh(inputs.samples(), geometry, options);
     BrickSpool bricks(place.file());
-    share(inputs, job, bricks);
+    share(bricks);
     MeshAssembler assembler(job.settings, place);
     add_layers(layers_of(job), bricks, assembler);
     made.emplace(finished_mesh(inputs.samples(), job, geometry, options, place, assembler));

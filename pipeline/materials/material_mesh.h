@@ -118,7 +118,7 @@ struct MaterialMeshInputs {
 };
 
 /// Makes all bricks of a mesh, with other processes.
-using MakeBricks = std::function<void(const MaterialMeshInputs&, const MaterialMeshJob&, BrickSpool&)>;
+using MakeBricks = std::function<void(BrickSpool&)>;
 
 /// Writes such a mesh of a regular .tag file, in a format of material_mesh_formats(); `share` makes the bricks, if it
 /// is set. Throws as make_material_mesh() does, and UsageError if the output is in the way or the format cannot hold

@@ -113,23 +113,23 @@ class MeshAssembler::Kept {
 MeshAssembler::Kept::Kept(MeshAssembler& all, const PartsWish& wish) {
   const auto count = static_cast<std::uint32_t>(all.parts_.size());
   for (std::uint32_t part = 0; part < count; ++part)
-    if (const std::uint32_t root = all.root(part); root != part)
+    if (const std::uint32_t root = all.connected_.root(part); root != part)
       all.parts_[root].volume += all.parts_[part].volume;
   std::map<Material, std::uint32_t> largest;
   for (std::uint32_t part = 0; part < count; ++part) {
-    if (all.root(part) != part) continue;
+    if (all.connected_.root(part) != part) continue;
     const auto [found, is_new] = largest.emplace(all.parts_[part].material, part);
     if (all.parts_[part].volume > all.parts_[found->second].volume) found->second = part;
   }
   std::vector<bool> is_kept(count);
   for (std::uint32_t part = 0; part < count; ++part) {
-    if (all.root(part) != part) continue;
+    if (all.connected_.root(part) != part) continue;
     const BrickMesh::Part& p = all.parts_[part];
     is_kept[part] = wish.only_largest ? largest.at(p.material) == part : !(p.volume < wish.least_volume);
     ++(is_kept[part] ? part_counts_[p.material] : removed_parts_);
   }
   if (removed_parts_ == 0) return;
-  for (std::uint32_t part = 0; part < count; ++part) is_kept[part] = is_kept[all.root(part)];
+  for (std::uint32_t part = 0; part < count; ++part) is_kept[part] = is_kept[all.connected_.root(part)];
   is_kept_ = std::move(is_kept);
   nodes_.emplace(all.node_count_);
   for (const auto& [material, elements] : all.element_counts_) places_.emplace(material, elements);
@@ -159,7 +159,7 @@ MeshAssembler::MeshAssembler(const MaterialMeshSettings& settings, const SpoolPl
 void MeshAssembler::add(const BrickMesh& brick) {
   first_part_ = static_cast<std::uint32_t>(parts_.size());
   for (const BrickMesh::Part& part : brick.parts) {
-    part_parents_.push_back(static_cast<std::uint32_t>(parts_.size()));
+    connected_.add();
     parts_.push_back(part);
   }
   number_nodes(brick);
@@ -177,7 +177,7 @@ void MeshAssembler::number_nodes(const BrickMesh& brick) {
       if (!is_new) {
         if (part != BrickMesh::none) {
           if (found->second.part == BrickMesh::none) found->second.part = part;
-          join(found->second.part, part);
+          connected_.join(found->second.part, part);
         }
         continue;
       }
@@ -257,7 +257,7 @@ void MeshAssembler::add_open_face(const BrickMesh& brick, const BrickMesh::OpenF
   open_.erase(found);
   const bool has_mine = mine.side.place >= 0, has_other = other.side.place >= 0;
   if (mine.side.material == other.side.material) {
-    if (has_mine) join(mine.side.part, other.side.part);
+    if (has_mine) connected_.join(mine.side.part, other.side.part);
     return;
   }
   if (!has_mine && !has_other) return;
@@ -283,17 +283,6 @@ void MeshAssembler::end_layer(std::int64_t z) {
     end_region(open_.at(key));
     open_.erase(key);
   }
-}
-
-std::uint32_t MeshAssembler::root(std::uint32_t part) {
-  while (part_parents_[part] != part) part = part_parents_[part] = part_parents_[part_parents_[part]];
-  return part;
-}
-
-void MeshAssembler::join(std::uint32_t a, std::uint32_t b) {
-  a = root(a);
-  b = root(b);
-  part_parents_[std::max(a, b)] = std::min(a, b);
 }
 
 MeshQuality MeshAssembler::finish(const MaterialNames& names, const PartsWish& wish, MaterialMesh& mesh) {

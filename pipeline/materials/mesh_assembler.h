@@ -134,9 +134,6 @@ class MeshAssembler {
   void add_open_face(const BrickMesh& brick, const BrickMesh::OpenFace& open);
   void end_region(const OpenFace& open);
 
-  std::uint32_t root(std::uint32_t part);
-  void join(std::uint32_t a, std::uint32_t b);
-
   void write_points(const Kept& kept, MaterialMesh& mesh);
   void write_elements(const Kept& kept, MaterialMesh& mesh, MeshQuality& quality);
   void write_faces(const Kept& kept, const MaterialNames& names, MaterialMesh& mesh, MeshQuality& quality);
@@ -147,7 +144,7 @@ class MeshAssembler {
   SpoolFile points_, elements_, faces_;
   std::unordered_map<BrickMesh::NodeKey, SharedNode, HashOfKey> shared_;
   std::unordered_map<std::array<std::uint64_t, 3>, OpenFace, HashOfKey> open_;
-  std::vector<std::uint32_t> part_parents_;
+  ConnectedSets connected_;  ///< parts
   std::vector<BrickMesh::Part> parts_;
   // Of the brick that is added:
   std::vector<std::int64_t> numbers_;  ///< of nodes in the mesh

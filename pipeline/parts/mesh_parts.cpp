@@ -33,7 +33,7 @@ void make_own_layers(const Ranks& ranks, const MeshOrder& order, BrickSpool& bri
   MaterialBricks maker(inputs.samples(), job, layers, threads, {});
   const auto count = static_cast<std::size_t>(ranks.count());
   for (auto layer = static_cast<std::size_t>(ranks.rank()); layer < layers.size(); layer += count)
-    maker.make(layer, threads,
+    maker.make(layer,
                [&](std::int64_t number, const BrickMesh& brick) { bricks.add(number, bytes_of(brick)); });
 }
 
@@ -78,7 +78,7 @@ void mesh_parts(Ranks& ranks, const MeshOrder& order, BrickSpool& bricks) {
 
 Finished<MaterialMeshResult> write_material_mesh(Ranks& ranks, const MaterialMeshRun& run) {
   if (ranks.count() == 1) return write_material_mesh(run);
-  return write_material_mesh(run, [&](const MaterialMeshInputs&, const MaterialMeshJob&, BrickSpool& bricks) {
+  return write_material_mesh(run, [&](BrickSpool& bricks) {
     const MeshOrder order{run.input, run.volume, run.options, run.resources};
     send_order(ranks, order);
     mesh_parts(ranks, order, bricks);

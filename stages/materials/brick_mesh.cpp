@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "stages/materials/dihedral_angles.h"
 #include "stages/materials/interface.h"
@@ -18,25 +17,6 @@ Vector cross_of(const Vector& a, const Vector& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 double dot_of(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-// Sets of elements that are connected.
-class Sets {
- public:
-  void add() { parents_.push_back(static_cast<std::uint32_t>(parents_.size())); }
-  std::uint32_t root(std::uint32_t i) {
-    while (parents_[i] != i) i = parents_[i] = parents_[parents_[i]];
-    return i;
-  }
-  // The lower root stays, so roots come first in their sets.
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = root(a);
-    b = root(b);
-    parents_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parents_;
-};
 
 // The corners of the edges of an element, in the order of its middle nodes.
 constexpr std::array<std::array<std::size_t, 2>, 6> edges_of_element = {
@@ -295,7 +275,7 @@ class Builder {
   Box own_;                            ///< vertices at these points are those of no other brick
   BccBox near_;                        ///< the next one is by its numbers, and by edges
   std::vector<std::uint32_t> places_;  ///< of vertices in mesh_.nodes
-  Sets sets_;
+  ConnectedSets sets_;
   std::vector<BrickMesh::OpenFace> candidates_;  ///< all faces that may be at the end of a material
   BrickMesh mesh_;
 };

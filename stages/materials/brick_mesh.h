@@ -5,6 +5,7 @@
 // both: pipeline/materials puts bricks together by them.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -16,6 +17,26 @@
 #include "stages/materials/material_lattice.h"
 
 namespace tagrid {
+
+/// Things, numbered from 0 on, of which some are connected.
+class ConnectedSets {
+ public:
+  /// One more, which is connected with no other.
+  void add() { parents_.push_back(static_cast<std::uint32_t>(parents_.size())); }
+  /// The lowest number in the set of a thing.
+  std::uint32_t root(std::uint32_t i) {
+    while (parents_[i] != i) i = parents_[i] = parents_[parents_[i]];
+    return i;
+  }
+  void join(std::uint32_t a, std::uint32_t b) {
+    a = root(a);
+    b = root(b);
+    parents_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<std::uint32_t> parents_;
+};
 
 /// What a mesh is to have.
 struct MaterialMeshSettings {
