@@ -73,23 +73,42 @@ void for_each_point_of(SpoolFile& points, Use use) {
   });
 }
 
+inline constexpr std::int64_t most_sorted_nodes = std::int64_t{1} << 20;
+
 /// Calls use(point) for each point of the faces, once, in increasing order. Memory: 8 MiB for any mesh.
+/// `most_sorted`: above so many nodes, points are marked instead of sorted.
 template <class Use>
-void for_each_point_on(MaterialMesh& mesh, const FacetSet& set, Use use) {
-  constexpr std::int64_t window = std::int64_t{1} << 26;  // points marked at a time
+void for_each_point_on(MaterialMesh& mesh, const FacetSet& set, Use use,
+                       std::int64_t most_sorted = most_sorted_nodes) {
+  constexpr std::int64_t window = std::int64_t{1} << 26;  // points marked at a time: 8 MiB
+  const auto for_each_node = [&](auto visit) {
+    for (const FacetSet::Part& part : set.parts) {
+      const MaterialSurface& surface = mesh.surfaces[part.surface];
+      for_each_entry(mesh.face_nodes, mesh.nodes_of_face(), surface.first, surface.count, 0,
+                     [&](std::int64_t, std::span<const std::int64_t> nodes) {
+                       for (const std::int64_t node : nodes) visit(node);
+                     });
+    }
+  };
+  std::int64_t count = 0;
+  for (const FacetSet::Part& part : set.parts) count += mesh.surfaces[part.surface].count;
+  // A mesh may have a hundred thousand small sets: marks for all its points would be too slow.
+  if (count * static_cast<std::int64_t>(mesh.nodes_of_face()) <= most_sorted) {
+    std::vector<std::int64_t> points;
+    for_each_node([&](std::int64_t node) { points.push_back(node); });
+    std::sort(points.begin(), points.end());
+    points.erase(std::unique(points.begin(), points.end()), points.end());
+    for (const std::int64_t point : points) use(point);
+    return;
+  }
   std::vector<std::uint64_t> marks;
   for (std::int64_t begin = 0; begin < mesh.point_count(); begin += window) {
     const std::int64_t size = std::min(window, mesh.point_count() - begin);
     marks.assign(static_cast<std::size_t>(size / 64 + 1), 0);
-    for (const FacetSet::Part& part : set.parts) {
-      const MaterialSurface& surface = mesh.surfaces[part.surface];
-      for_each_entry(mesh.face_nodes, mesh.nodes_of_face(), surface.first, surface.count, -begin,
-                     [&](std::int64_t, std::span<const std::int64_t> nodes) {
-                       for (const std::int64_t node : nodes)
-                         if (node >= 0 && node < size)
-                           marks[static_cast<std::size_t>(node / 64)] |= std::uint64_t{1} << (node % 64);
-                     });
-    }
+    for_each_node([&](std::int64_t node) {
+      if (const std::int64_t i = node - begin; i >= 0 && i < size)
+        marks[static_cast<std::size_t>(i / 64)] |= std::uint64_t{1} << (i % 64);
+    });
     for (std::size_t i = 0; i < marks.size(); ++i)
       for (std::uint64_t bits = marks[i]; bits != 0; bits &= bits - 1)
         use(begin + static_cast<std::int64_t>(64 * i) + std::countr_zero(bits));

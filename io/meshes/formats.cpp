@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "io/errors/errors.h"
-#include "io/meshes/facet_sets.h"
 #include "io/meshes/mesh_files.h"
 #include "io/meshes/mesh_writers.h"
 #include "io/text/text.h"
@@ -34,14 +33,10 @@ constexpr std::array formats = {
     MeshFormat{.name = "Gmsh",
                .extensions = {".msh"},
                .create = create_mesh<GmshFile>,
-               .create_materials = create_gmsh_materials,
-               .limits = gmsh_limits},
-    MeshFormat{
-        .name = "Abaqus", .extensions = {".inp"}, .create_materials = create_abaqus, .limits = abaqus_limits},
-    MeshFormat{
-        .name = "FEBio", .extensions = {".feb"}, .create_materials = create_febio, .limits = febio_limits},
-    MeshFormat{
-        .name = "Medit", .extensions = {".mesh"}, .create_materials = create_medit, .limits = medit_limits},
+               .create_materials = create_gmsh_materials},
+    MeshFormat{.name = "Abaqus", .extensions = {".inp"}, .create_materials = create_abaqus},
+    MeshFormat{.name = "FEBio", .extensions = {".feb"}, .create_materials = create_febio},
+    MeshFormat{.name = "Medit", .extensions = {".mesh"}, .create_materials = create_medit},
     MeshFormat{.name = "XDMF",
                .extensions = {".xdmf"},
                .create_materials = create_xdmf,
@@ -107,15 +102,6 @@ const MeshFormat& material_mesh_format_of(const std::string& path) {
 
 const MeshFormat& surface_format_of(const std::string& path) {
   return format_of(path, surface_formats(), "surface");
-}
-
-void check_names_of_materials(const MeshFormat& format, std::span<const std::string> materials,
-                              const std::string& path) {
-  for (const std::string& front : materials) {
-    check_name(format.limits, front + "_surface", path);
-    for (const std::string& back : materials)
-      if (&front != &back) check_name(format.limits, front + "_" + back, path);
-  }
 }
 
 }  // namespace tagrid

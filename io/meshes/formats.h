@@ -26,7 +26,6 @@ struct MeshFormat {
   /// itself.
   std::string_view writer = "";
   std::uint64_t memory_of_writer = 0;
-  FormatLimits limits = {};  ///< of meshes with materials
   /// The path of a second file that appears with the first one; nullptr if there is none.
   std::string (*second_file)(const std::string& path) = nullptr;
 };
@@ -46,10 +45,5 @@ const MeshFormat& mesh_format_of(const std::string& path);
 const MeshFormat& material_mesh_format_of(const std::string& path);
 /// The same for a surface; PLY for "-".
 const MeshFormat& surface_format_of(const std::string& path);
-
-/// Throws UsageError if files of the format cannot have the names that are made of those of materials, which are all
-/// materials, also those that are no part of the mesh. The writer checks it, too, but when the mesh is complete.
-void check_names_of_materials(const MeshFormat& format, std::span<const std::string> materials,
-                              const std::string& path);
 
 }  // namespace tagrid

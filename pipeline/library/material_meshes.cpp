@@ -6,6 +6,7 @@
 #include "io/bytes/little_endian.h"
 #include "pipeline/library/calls.h"
 #include "pipeline/materials/material_mesh.h"
+#include "pipeline/materials/settings.h"
 
 using namespace tagrid;
 using namespace tagrid::library;
@@ -91,7 +92,9 @@ tagrid_status tagrid_reader_material_mesh(const tagrid_reader* reader,
         taken_over(given_options, tagrid_material_mesh_options_init, sizeof *given_options);
     const MaterialMeshOptions options = options_of(taken, file.parameters().dims);
     const tagrid_call settings = settings_of(given);
-    MadeMaterialMesh made = make_material_mesh(file, file.header().metadata.geometry(), options,
+    const Geometry geometry = file.header().metadata.geometry();
+    const MaterialMeshJob job = settle_material_mesh(file, geometry, options);
+    MadeMaterialMesh made = make_material_mesh(file, job, geometry, options,
                                                {taken.folder != nullptr ? taken.folder : "/tmp", file.name()},
                                                resources_of(settings), 0, progress_of(settings));
     pass(made.mesh, sink);

@@ -8,9 +8,11 @@
 
 namespace tagrid {
 
-/// One bit and half a bit for each of them.
 class KeptNumbers {
  public:
+  /// One bit and half a bit for each of them.
+  static std::uint64_t bytes(std::int64_t count) { return static_cast<std::uint64_t>(count) / 16 * 3 + 64; }
+
   explicit KeptNumbers(std::int64_t count) : bits_(static_cast<std::size_t>(count + 63) / 64) {}
 
   void keep(std::int64_t number) { bits_[word(number)] |= bit(number); }

@@ -64,16 +64,15 @@ MadeMaterialMesh finished_mesh(const TagBricks& samples, const MaterialMeshJob& 
   return made;
 }
 
-MadeMaterialMesh make_material_mesh(const TagBricks& samples, const Geometry& geometry,
-                                    const MaterialMeshOptions& options, const SpoolPlace& place,
-                                    const Resources& resources, std::uint64_t besides,
-                                    const Progress& progress) {
-  const MaterialMeshJob job = settle_material_mesh(samples, geometry, options);
+MadeMaterialMesh make_material_mesh(const TagBricks& samples, const MaterialMeshJob& job,
+                                    const Geometry& geometry, const MaterialMeshOptions& options,
+                                    const SpoolPlace& place, const Resources& resources,
+                                    std::uint64_t besides, const Progress& progress) {
   const std::vector<MeshLayer> layers = layers_of(job);
-  const int threads = threads_for_mesh(samples.parameters(), job, layers, resources, besides);
-  MeshAssembler assembler(job.settings, place);
+  const MeshMemory memory = memory_for_mesh(samples.parameters(), job, layers, resources, besides);
+  MeshAssembler assembler(job.settings, place, memory.parts);
   {
-    MaterialBricks bricks(samples, job, layers, threads, progress);
+    MaterialBricks bricks(samples, job, layers, memory.threads, progress);
     add_layers(bricks, assembler);
   }
   return finished_mesh(samples, job, geometry, options, place, assembler);

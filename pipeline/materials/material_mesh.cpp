@@ -82,18 +82,22 @@ Finished<MaterialMeshResult> write_material_mesh(const MaterialMeshRun& run, con
   check_output(run.output, options.overwrite);
   const MaterialMeshInputs inputs(run.input, run.volume, options.label_volume);
   const Geometry geometry = inputs.geometry();
+  const MaterialMeshJob job = settle_material_mesh(inputs.samples(), geometry, options);
   const std::shared_ptr<MaterialMeshFile> output = format.create_materials(run.output, options.overwrite);
   const SpoolPlace place{spool_folder({}, run.output), run.output};
   std::optional<MadeMaterialMesh> made;
   if (share) {
-    const MaterialMeshJob job = settle_material_mesh(inputs.samples(), geometry, options);
     BrickSpool bricks(place.file());
     share(bricks);
-    MeshAssembler assembler(job.settings, place);
-    add_layers(layers_of(job), bricks, assembler);
+    const std::vector<MeshLayer> layers = layers_of(job);
+    MeshAssembler assembler(
+        job.settings, place,
+        memory_for_mesh(inputs.samples().parameters(), job, layers, run.resources, format.memory_of_writer)
+            .parts);
+    add_layers(layers, bricks, assembler);
     made.emplace(finished_mesh(inputs.samples(), job, geometry, options, place, assembler));
   } else {
-    made.emplace(make_material_mesh(inputs.samples(), geometry, options, place, run.resources,
+    made.emplace(make_material_mesh(inputs.samples(), job, geometry, options, place, run.resources,
                                     format.memory_of_writer, run.progress));
   }
   output->write(made->mesh);

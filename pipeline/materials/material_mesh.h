@@ -75,7 +75,8 @@ struct MadeMaterialMesh {
   std::vector<std::string> warnings = {};
 };
 
-/// The mesh of the samples of a .tag file, in nameless temporary files. `geometry` is that of the samples.
+/// The mesh of the samples of a .tag file, in nameless temporary files. `geometry` is that of the samples, and `job` is
+/// what settle_material_mesh() makes of the options.
 ///
 /// The lattice is cubic in the world, whatever the spacing of samples is, and begins at the first sample; it ends at
 /// the last complete cube. Every tetrahedron has one material; interfaces are where interpolated values reach a
@@ -83,11 +84,11 @@ struct MadeMaterialMesh {
 ///
 /// Memory: the slices around a layer of bricks of the mesh, a brick for each thread, and what bricks share; `besides` is
 /// that of what writes the mesh.
-/// Throws UsageError for impossible options, MemoryLimit, BrokenInput, WorldError.
-MadeMaterialMesh make_material_mesh(const TagBricks& samples, const Geometry& geometry,
-                                    const MaterialMeshOptions& options, const SpoolPlace& place,
-                                    const Resources& resources, std::uint64_t besides = 0,
-                                    const Progress& progress = {});
+/// Throws MemoryLimit, BrokenInput, WorldError.
+MadeMaterialMesh make_material_mesh(const TagBricks& samples, const MaterialMeshJob& job,
+                                    const Geometry& geometry, const MaterialMeshOptions& options,
+                                    const SpoolPlace& place, const Resources& resources,
+                                    std::uint64_t besides = 0, const Progress& progress = {});
 
 /// The mesh of bricks that were put together, however they were made.
 MadeMaterialMesh finished_mesh(const TagBricks& samples, const MaterialMeshJob& job, const Geometry& geometry,
@@ -121,8 +122,8 @@ struct MaterialMeshInputs {
 using MakeBricks = std::function<void(BrickSpool&)>;
 
 /// Writes such a mesh of a regular .tag file, in a format of material_mesh_formats(); `share` makes the bricks, if it
-/// is set. Throws as make_material_mesh() does, and UsageError if the output is in the way or the format cannot hold
-/// the mesh; then nothing is left under the name of the output.
+/// is set. Throws as make_material_mesh() does, and UsageError if the options are impossible, the output is in the way or
+/// the format cannot hold the mesh; then nothing is left under the name of the output.
 Finished<MaterialMeshResult> write_material_mesh(const MaterialMeshRun& run, const MakeBricks& share = {});
 
 }  // namespace tagrid

@@ -1,5 +1,7 @@
 #include "pipeline/materials/mesh_assembler.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
 #include <optional>
@@ -153,8 +155,13 @@ std::size_t MeshAssembler::HashOfKey::operator()(const std::array<std::uint64_t,
   return mixed(key[0] ^ mixed(key[1] ^ mixed(key[2])));
 }
 
-MeshAssembler::MeshAssembler(const MaterialMeshSettings& settings, const SpoolPlace& place)
-    : settings_(settings), points_(place.file()), elements_(place.file()), faces_(place.file()) {}
+MeshAssembler::MeshAssembler(const MaterialMeshSettings& settings, const SpoolPlace& place,
+                             const PartsMemory& memory)
+    : settings_(settings),
+      memory_(memory),
+      points_(place.file()),
+      elements_(place.file()),
+      faces_(place.file()) {}
 
 void MeshAssembler::add(const BrickMesh& brick) {
   first_part_ = static_cast<std::uint32_t>(parts_.size());
@@ -162,6 +169,7 @@ void MeshAssembler::add(const BrickMesh& brick) {
     connected_.add();
     parts_.push_back(part);
   }
+  require_memory(bytes_of_parts(), memory_.others, fmt::format("a mesh of {} parts", parts_.size()));
   number_nodes(brick);
   add_elements(brick);
   add_faces(brick);
@@ -261,7 +269,7 @@ void MeshAssembler::add_open_face(const BrickMesh& brick, const BrickMesh::OpenF
     return;
   }
   if (!has_mine && !has_other) return;
-  const bool mine_is_front = has_mine && (!has_other || mine.side.material < other.side.material);
+  const bool mine_is_front = first_is_front(has_mine, mine.side.material, has_other, other.side.material);
   const OpenFace &front = mine_is_front ? mine : other, &back = mine_is_front ? other : mine;
   write_record(faces_, Face{front.nodes, front.area, front.side, back.side, BrickMesh::no_side, true});
 }
@@ -285,8 +293,22 @@ void MeshAssembler::end_layer(std::int64_t z) {
   }
 }
 
+// A part has a number in connected_, too; vectors that grow are there twice.
+std::uint64_t MeshAssembler::bytes_of_parts() const {
+  return 3 * parts_.size() * (sizeof(BrickMesh::Part) + sizeof(std::uint32_t));
+}
+
+void MeshAssembler::require_memory(std::uint64_t bytes, std::uint64_t of_others,
+                                   const std::string& what) const {
+  if (bytes > memory_.limit - std::min(memory_.limit, of_others))
+    throw MemoryLimit(what, {.needed = of_others + bytes, .allowed = memory_.limit});
+}
+
 MeshQuality MeshAssembler::finish(const MaterialNames& names, const PartsWish& wish, MaterialMesh& mesh) {
   end_layer(settings_.lattice.last.z + 1);
+  std::uint64_t bytes = bytes_of_parts() + KeptNumbers::bytes(node_count_);
+  for (const auto& [material, count] : element_counts_) bytes += KeptNumbers::bytes(count);
+  require_memory(bytes, memory_.others_at_end, fmt::format("a mesh of {} parts", parts_.size()));
   MeshQuality quality;
   const Kept kept(*this, wish);
   quality.removed_parts = kept.removed_parts();
@@ -344,6 +366,8 @@ void MeshAssembler::write_elements(const Kept& kept, MaterialMesh& mesh, MeshQua
 
 void MeshAssembler::write_faces(const Kept& kept, const MaterialNames& names, MaterialMesh& mesh,
                                 MeshQuality& quality) {
+  // In the tables here and in those of writers, with its name. Measured with noise of labels.
+  constexpr std::uint64_t bytes_of_surface = 1500;
   constexpr int between = 0, to_other_material = 1, to_removed_part = 2, first_side = 3;
   std::map<Material, std::size_t> materials;
   for (const auto& [material, count] : element_counts_) materials.emplace(material, materials.size());
@@ -368,6 +392,8 @@ void MeshAssembler::write_faces(const Kept& kept, const MaterialNames& names, Ma
   for_each_record<Face>(faces_, [&](std::span<const Face> faces) {
     for (const Face& face : faces)
       if (const auto as_seen = seen(face)) ++counts[as_seen->key];
+    require_memory(bytes_of_parts() + counts.size() * bytes_of_surface, memory_.others_at_end,
+                   fmt::format("a mesh of {} surfaces", counts.size()));
   });
   std::map<SurfaceKey, std::size_t> groups;
   std::set<std::string> used;

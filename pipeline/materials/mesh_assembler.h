@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <string>
 #include <unordered_map>
@@ -63,16 +64,25 @@ struct SpoolPlace {
   SpoolFile file() const { return SpoolFile::in(folder, whose); }
 };
 
+/// A limit on the memory of a process, and what others than parts and surfaces need of it while bricks are made and
+/// afterwards. How many parts a mesh has is known only when it is made.
+struct PartsMemory {
+  std::uint64_t limit = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t others = 0, others_at_end = 0;
+};
+
 class MeshAssembler {
  public:
   /// What does not fit into memory waits in temporary files. `settings` must stay.
-  MeshAssembler(const MaterialMeshSettings& settings, const SpoolPlace& place);
+  MeshAssembler(const MaterialMeshSettings& settings, const SpoolPlace& place,
+                const PartsMemory& memory = {});
 
-  /// REQUIRES: bricks come in the order of their numbers.
+  /// REQUIRES: bricks come in the order of their numbers. Throws MemoryLimit if there are too many parts.
   void add(const BrickMesh& brick);
   /// Forgets what is shared below a plane of the lattice, because no further brick has it.
   void end_layer(std::int64_t z);
-  /// Fills in materials, surfaces and all files of the mesh. To be called once, at the end. Throws WorldError.
+  /// Fills in materials, surfaces and all files of the mesh. To be called once, at the end. Throws WorldError, and
+  /// MemoryLimit if there are too many parts or surfaces.
   MeshQuality finish(const MaterialNames& names, const PartsWish& wish, MaterialMesh& mesh);
 
  private:
@@ -134,11 +144,14 @@ class MeshAssembler {
   void add_open_face(const BrickMesh& brick, const BrickMesh::OpenFace& open);
   void end_region(const OpenFace& open);
 
+  std::uint64_t bytes_of_parts() const;
+  void require_memory(std::uint64_t bytes, std::uint64_t of_others, const std::string& what) const;
   void write_points(const Kept& kept, MaterialMesh& mesh);
   void write_elements(const Kept& kept, MaterialMesh& mesh, MeshQuality& quality);
   void write_faces(const Kept& kept, const MaterialNames& names, MaterialMesh& mesh, MeshQuality& quality);
 
   const MaterialMeshSettings& settings_;
+  PartsMemory memory_;
   std::int64_t node_count_ = 0;
   std::map<Material, std::int64_t> element_counts_;
   SpoolFile points_, elements_, faces_;

@@ -10,6 +10,7 @@ namespace tagrid {
 namespace {
 
 constexpr std::int64_t points_of_brick = 64;  // along an edge, if root cubes are not larger
+constexpr std::uint64_t least_bytes_for_parts = std::uint64_t{16} << 20;  // of all but a few meshes
 
 Box covering(const Box& a, const Box& b) {
   if (a.empty()) return b;
@@ -64,9 +65,9 @@ Box samples_of(const std::vector<MeshLayer>& layers) {
   return all;
 }
 
-int threads_for_mesh(const CodingParameters& parameters, const MaterialMeshJob& job,
-                     const std::vector<MeshLayer>& layers, const Resources& resources,
-                     std::uint64_t besides) {
+MeshMemory memory_for_mesh(const CodingParameters& parameters, const MaterialMeshJob& job,
+                           const std::vector<MeshLayer>& layers, const Resources& resources,
+                           std::uint64_t besides) {
   std::uint64_t window = 0, of_brick = 0, of_result = 0, shared = 0;
   const std::uint64_t sample = job.label_smoothing ? sizeof(Material) : sizeof(float);
   for (const MeshLayer& layer : layers) {
@@ -80,12 +81,24 @@ int threads_for_mesh(const CodingParameters& parameters, const MaterialMeshJob& 
       of_result = std::max(of_result, bytes_of_brick_mesh(job.settings, brick));
     }
   }
-  return threads_within(resources, "a mesh with materials", [&](int threads) {
-    const auto t = static_cast<std::uint64_t>(threads);
+  const auto of_all_times = [&](int threads) {
+    return memory_of_reading(parameters, threads) + besides + least_bytes_for_parts;
+  };
+  const auto of_meshing = [&](int threads) {
     // Decoding takes turns with meshing, but freed memory may stay with the process.
-    const std::uint64_t meshing = window + t * of_brick + of_result + shared;
-    return memory_of_reading(parameters, threads) + std::max(meshing, bytes_for_edges) + besides;
-  });
+    return std::max(window + static_cast<std::uint64_t>(threads) * of_brick + of_result + shared,
+                    bytes_for_edges);
+  };
+  MeshMemory memory;
+  memory.threads = threads_within(resources, "a mesh with materials",
+                                  [&](int threads) { return of_all_times(threads) + of_meshing(threads); });
+  if (resources.memory) {
+    memory.parts.limit = *resources.memory;
+    const std::uint64_t always = of_all_times(memory.threads) + resources.besides - least_bytes_for_parts;
+    memory.parts.others = always + of_meshing(memory.threads);
+    memory.parts.others_at_end = always + bytes_for_edges;
+  }
+  return memory;
 }
 
 }  // namespace tagrid

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "pipeline/materials/mesh_assembler.h"
 #include "pipeline/materials/settings.h"
 #include "pipeline/memory/resources.h"
 #include "stages/grid/box.h"
@@ -30,9 +31,16 @@ constexpr int bricks_in_flight(int threads) { return threads + 1; }
 /// What count_touching_edges() may take.
 inline constexpr std::uint64_t bytes_for_edges = std::uint64_t{64} << 20;
 
-/// The threads that fit into the limit on memory. `besides`: memory of what writes the mesh. Noise, the worst input,
-/// takes all of the plan; most volumes take a third. Throws MemoryLimit.
-int threads_for_mesh(const CodingParameters& parameters, const MaterialMeshJob& job,
-                     const std::vector<MeshLayer>& layers, const Resources& resources, std::uint64_t besides);
+struct MeshMemory {
+  int threads = 1;
+  PartsMemory parts;
+};
+
+/// The threads that fit into the limit on memory, and what is left for parts and surfaces. `besides`: memory of what
+/// writes the mesh. Noise of values, the worst input, needs all of the plan; most volumes need a third. Labels that
+/// change every few samples can need more. Throws MemoryLimit.
+MeshMemory memory_for_mesh(const CodingParameters& parameters, const MaterialMeshJob& job,
+                           const std::vector<MeshLayer>& layers, const Resources& resources,
+                           std::uint64_t besides);
 
 }  // namespace tagrid

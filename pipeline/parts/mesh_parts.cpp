@@ -29,7 +29,8 @@ void make_own_layers(const Ranks& ranks, const MeshOrder& order, BrickSpool& bri
   const MaterialMeshJob job = settle_material_mesh(inputs.samples(), inputs.geometry(), order.options);
   const std::vector<MeshLayer> layers = layers_of(job);
   const int threads =
-      threads_for_mesh(inputs.samples().parameters(), job, layers, of_this_rank(ranks, order.resources), 0);
+      memory_for_mesh(inputs.samples().parameters(), job, layers, of_this_rank(ranks, order.resources), 0)
+          .threads;
   MaterialBricks maker(inputs.samples(), job, layers, threads, {});
   const auto count = static_cast<std::size_t>(ranks.count());
   for (auto layer = static_cast<std::size_t>(ranks.rank()); layer < layers.size(); layer += count)

@@ -28,10 +28,23 @@ struct OfCube {
 };
 constexpr OfCube of_noise = {16, 3, 22, 11, 44};
 
-std::uint64_t cubes_of(const Box& closed_box) {
-  const Index3 size = closed_box.high - closed_box.low;
+// A root cube may be much larger than the volume.
+std::uint64_t cubes_of(const MaterialLattice& lattice, const Box& closed_box) {
+  const Box within = intersection(closed_box, lattice.box());
+  const Index3 size = within.high - within.low;
   return static_cast<std::uint64_t>(size.x * size.y * size.z / 8);
 }
+
+// The face between two sides, or nothing if it is within a material or between materials that are not kept.
+std::optional<BrickMesh::Face> joined(const BrickMesh::ElementFace& a, const BrickMesh::ElementFace& b,
+                                      double area) {
+  const bool has_a = a.element != BrickMesh::none, has_b = b.element != BrickMesh::none;
+  if (a.material == b.material || (!has_a && !has_b)) return std::nullopt;
+  const bool a_is_front = first_is_front(has_a, a.material, has_b, b.material);
+  return BrickMesh::Face{a_is_front ? a : b, a_is_front ? b : a, true, BrickMesh::no_side, area};
+}
+
+Box with_next(const Box& points) { return {points.low, points.high + Index3{2, 2, 2}}; }
 
 class Builder {
  public:
@@ -40,7 +53,7 @@ class Builder {
         settings_(settings),
         all_(settings.lattice.box()),
         own_{closed_box.low + Index3{2, 2, 2}, closed_box.high - Index3{1, 1, 1}},
-        near_(Box{closed_box.low, closed_box.high + Index3{2, 2, 2}}),
+        near_(with_next(intersection(closed_box, settings.lattice.box()))),
         places_(near_.count() * vertices_of_point, BrickMesh::none) {
     // Nothing lies beyond the ends of the volume.
     for (int axis = 0; axis < 3; ++axis) {
@@ -48,7 +61,7 @@ class Builder {
       if (closed_box.high[axis] >= settings.lattice.last[axis]) own_.high[axis] = settings.lattice.last[axis];
     }
     // Pages that stay empty are none, and vectors that grow would take three times as much.
-    const std::uint64_t cubes = cubes_of(closed_box);
+    const std::uint64_t cubes = cubes_of(settings.lattice, closed_box);
     mesh_.elements.reserve(of_noise.elements * cubes);
     mesh_.nodes.reserve((settings.order == 1 ? of_noise.vertices : of_noise.vertices_and_middles) * cubes);
     mesh_.faces.reserve(of_noise.faces * cubes);
@@ -282,14 +295,6 @@ class Builder {
 
 }  // namespace
 
-std::optional<BrickMesh::Face> joined(const BrickMesh::ElementFace& a, const BrickMesh::ElementFace& b,
-                                      double area) {
-  const bool has_a = a.element != BrickMesh::none, has_b = b.element != BrickMesh::none;
-  if (a.material == b.material || (!has_a && !has_b)) return std::nullopt;
-  const bool a_is_first = has_a && (!has_b || a.material < b.material);
-  return BrickMesh::Face{a_is_first ? a : b, a_is_first ? b : a, true, BrickMesh::no_side, area};
-}
-
 BrickMesh mesh_of_brick(const MaterialField& field, const MaterialMeshSettings& settings,
                         const Box& closed_box) {
   const MaterialLattice& lattice = settings.lattice;
@@ -307,7 +312,7 @@ BrickMesh mesh_of_brick(const MaterialField& field, const MaterialMeshSettings& 
 std::uint64_t bytes_of_brick_mesh(const MaterialMeshSettings& settings, const Box& closed_box) {
   // Where a cube has most elements, it does not have most faces.
   const std::uint64_t nodes = settings.order == 1 ? of_noise.vertices : of_noise.vertices_and_middles;
-  return cubes_of(closed_box) *
+  return cubes_of(settings.lattice, closed_box) *
          (of_noise.elements * sizeof(BrickMesh::Element) + nodes * sizeof(BrickMesh::Node) +
           of_noise.faces / 2 * sizeof(BrickMesh::Face));
 }
@@ -317,8 +322,9 @@ std::uint64_t working_bytes_of_brick_mesh(const MaterialMeshSettings& settings, 
   const std::uint64_t lists = settings.order == 1 ? 0 : 350, others = 1200;
   return working_bytes_of_material_mesh(settings.lattice, closed_box) +
          bytes_of_brick_mesh(settings, closed_box) +
-         cubes_of(closed_box) * (of_noise.faces / 2 * sizeof(BrickMesh::Face) +
-                                 of_noise.candidates * sizeof(BrickMesh::OpenFace) + lists + others);
+         cubes_of(settings.lattice, closed_box) *
+             (of_noise.faces / 2 * sizeof(BrickMesh::Face) +
+              of_noise.candidates * sizeof(BrickMesh::OpenFace) + lists + others);
 }
 
 bool may_meet_region(const MaterialMeshSettings& settings, const Box& closed_box) {

@@ -130,10 +130,11 @@ struct BrickMesh {
   }
 };
 
-/// The sides of two corners of a face: which one is in front, or nothing if the face is within a material or
-/// between materials that are not kept.
-std::optional<BrickMesh::Face> joined(const BrickMesh::ElementFace& a, const BrickMesh::ElementFace& b,
-                                      double area);
+/// Which side of a face between two materials is its front: that of the lower material, of those that have an element.
+constexpr bool first_is_front(bool first_has_element, Material first, bool second_has_element,
+                              Material second) {
+  return first_has_element && (!second_has_element || first < second);
+}
 
 /// REQUIRES: the field has the samples around the points of lattice.region(closed_box).
 BrickMesh mesh_of_brick(const MaterialField& field, const MaterialMeshSettings& settings,

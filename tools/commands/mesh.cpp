@@ -111,8 +111,11 @@ struct MaterialMeshCommand : GridCommand<MaterialMeshOptions, MaterialMeshResult
         ranks, {"mesh", "meshes", ".vtu", false},
         [&](const MaterialMeshRun& mesh) { return write_material_mesh(ranks, mesh); }, add_materials);
     if (result.quality.removed_parts > 0 && !run.quiet)
-      say("tagrid: {}: {} parts with {} tetrahedra were left out", path, result.quality.removed_parts,
-          result.quality.removed_tetrahedra);
+      say("tagrid: {}: left out {} with {}", path,
+          counted(static_cast<std::uint64_t>(result.quality.removed_parts), "part"),
+          result.quality.removed_tetrahedra == 1
+              ? "1 tetrahedron"
+              : fmt::format("{} tetrahedra", result.quality.removed_tetrahedra));
     if (texts.quality) tell_quality(result);
     tell_size(fmt::format("{} points, {} tetrahedra of {} materials, {} surfaces", result.points,
                           result.tetrahedra, result.quality.materials.size(), result.surfaces.size()),

@@ -26,34 +26,35 @@ double number_in(const char* option, std::string_view text, const std::string& a
   return *number;
 }
 
-// NAME=LOW:HIGH, where LOW or HIGH may be missing.
-MaterialRange range_in(std::string_view text) {
-  const std::string all(text);
-  const std::size_t equals = text.find('='), colon = text.find(':', equals == text.npos ? 0 : equals);
-  if (equals == text.npos || equals == 0 || colon == text.npos)
-    throw UsageError("--materials: '{}' is not NAME=LOW:HIGH, such as bone=300: or soft=-200:300", all);
-  MaterialRange range{std::string(text.substr(0, equals))};
-  const std::string_view low = text.substr(equals + 1, colon - equals - 1), high = text.substr(colon + 1);
-  if (!low.empty()) range.low = number_in("--materials", low, all);
-  if (!high.empty()) range.high = number_in("--materials", high, all);
-  return range;
-}
-
-// A name for sets of elements: other characters become underscores.
-std::string set_name(std::string_view name, std::int64_t label) {
+// A name for sets of elements: other characters become underscores. `without_letters` is that of a name in Chinese.
+std::string set_name(std::string_view name, const std::string& without_letters) {
   std::string result;
   for (const char c : name) {
     const bool is_kept = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
     if (is_kept || (!result.empty() && result.back() != '_')) result += is_kept ? c : '_';
   }
   while (!result.empty() && result.back() == '_') result.pop_back();
-  if (result.empty()) return fmt::format("label_{}", label);  // such as a name in Chinese
+  if (result.empty()) return without_letters;
   if ((result[0] >= '0' && result[0] <= '9')) result.insert(0, "m_");
   return result.substr(0, 32);
 }
 
+// NAME=LOW:HIGH, where LOW or HIGH may be missing.
+MaterialRange range_in(std::string_view text) {
+  const std::string all(text);
+  const std::size_t equals = text.find('='), colon = text.find(':', equals == text.npos ? 0 : equals);
+  if (equals == text.npos || equals == 0 || colon == text.npos)
+    throw UsageError("--materials: '{}' is not NAME=LOW:HIGH, such as bone=300: or soft=-200:300", all);
+  const std::string_view name = text.substr(0, equals);
+  MaterialRange range{set_name(name, std::string(name))};
+  const std::string_view low = text.substr(equals + 1, colon - equals - 1), high = text.substr(colon + 1);
+  if (!low.empty()) range.low = number_in("--materials", low, all);
+  if (!high.empty()) range.high = number_in("--materials", high, all);
+  return range;
+}
+
 void add_label(std::map<std::int64_t, std::string>& names, std::int64_t label, std::string_view name) {
-  if (!names.emplace(label, set_name(name, label)).second)
+  if (!names.emplace(label, set_name(name, fmt::format("label_{}", label))).second)
     throw UsageError("--labels: label {} has two names", label);
 }
 
@@ -175,7 +176,8 @@ MaterialMeshOptions material_options(const MaterialTexts& texts) {
     for (const std::string_view item : split(texts.materials, ',')) options.ranges.push_back(range_in(item));
   }
   if (!texts.keep.empty())
-    for (const std::string_view name : split(texts.keep, ',')) options.keep.emplace_back(name);
+    for (const std::string_view name : split(texts.keep, ','))
+      options.keep.push_back(set_name(name, std::string(name)));
   if (texts.parts == "largest") {
     options.parts.only_largest = true;
   } else if (!texts.parts.empty()) {

@@ -80,6 +80,26 @@ TEST_F(MaterialFiles, TheTableSaysWhatFormatsHold) {
   EXPECT_THAT(message_of<UsageError>([] { material_mesh_format_of("a.exo"); }), Not(HasSubstr("hold")));
 }
 
+TEST_F(MaterialFiles, PointsOfASetAreSortedOrMarked) {
+  MaterialMeshOfBoxes made({.cells = {3, 4, 5}, .materials = 2}, path("a"));
+  for (const FacetSet& set : facet_sets(made.mesh())) {
+    std::set<std::int64_t> wanted;
+    for (const FacetSet::Part& part : set.parts) {
+      const MaterialSurface& surface = made.mesh().surfaces[part.surface];
+      for_each_entry(made.mesh().face_nodes, made.mesh().nodes_of_face(), surface.first, surface.count, 0,
+                     [&](std::int64_t, std::span<const std::int64_t> nodes) {
+                       wanted.insert(nodes.begin(), nodes.end());
+                     });
+    }
+    for (const std::int64_t most_sorted : {most_sorted_nodes, std::int64_t{0}}) {
+      std::vector<std::int64_t> found;
+      for_each_point_on(
+          made.mesh(), set, [&](std::int64_t point) { found.push_back(point); }, most_sorted);
+      EXPECT_EQ(found, std::vector<std::int64_t>(wanted.begin(), wanted.end())) << set.name;
+    }
+  }
+}
+
 TEST_F(MaterialFiles, FacetsAreThoseOfBothSidesOfMaterialsAndOfTheBox) {
   MaterialMeshOfBoxes made({.cells = {2, 1, 1}, .air = true, .empty = true}, path("a"));
   const std::vector<FacetSet> sets = facet_sets(made.mesh());
@@ -246,20 +266,6 @@ TEST_F(MaterialFiles, NamesHaveALimit) {
   made.mesh().materials[1].name = std::string(128, 'a');
   EXPECT_THAT(message_of<UsageError>([&] { write("a.msh", made.mesh()); }),
               HasSubstr("up to 127 characters"));
-}
-
-TEST_F(MaterialFiles, NamesAreCheckedBeforeThereIsAMesh) {
-  const MeshFormat& abaqus = material_mesh_format_of("a.inp");
-  const std::string long_name(72, 'a'), longer_name(73, 'a');
-  EXPECT_NO_THROW(check_names_of_materials(abaqus, std::vector<std::string>{long_name, "bone"}, "a.inp"));
-  EXPECT_THAT(message_of<UsageError>([&] {
-                check_names_of_materials(abaqus, std::vector<std::string>{"bone", longer_name}, "a.inp");
-              }),
-              HasSubstr("a.inp: Abaqus files have names of up to 80 characters"));
-  EXPECT_THROW(check_names_of_materials(abaqus, std::vector<std::string>{long_name, "softer_bone"}, "a.inp"),
-               UsageError);
-  EXPECT_NO_THROW(check_names_of_materials(mesh_format_of("a.vtu"),
-                                           std::vector<std::string>{longer_name, longer_name}, "a.vtu"));
 }
 
 TEST_F(MaterialFiles, EveryFormatWritesEveryMesh) {

@@ -5,6 +5,7 @@
 
 #include "io/files/open_source.h"
 #include "pipeline/materials/material_mesh.h"
+#include "pipeline/materials/settings.h"
 #include "tests/pipeline/library/library_calls.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
@@ -76,8 +77,9 @@ TEST_F(LibraryMaterialMesh, IsThatOfTheProgram) {
     same.ranges = {{"low", -INFINITY, 100}, {"high", 100, INFINITY}};
     same.fine = {2, ""};
     same.order = order;
-    MadeMaterialMesh wanted = make_material_mesh(file, file.header().metadata.geometry(), same,
-                                                 {path(""), "the mesh"}, Resources(2));
+    const Geometry geometry = file.header().metadata.geometry();
+    MadeMaterialMesh wanted = make_material_mesh(file, settle_material_mesh(file, geometry, same), geometry,
+                                                 same, {path(""), "the mesh"}, Resources(2));
 
     const ReaderHandle reader = open_reader(memory);
     TakenMaterials found;

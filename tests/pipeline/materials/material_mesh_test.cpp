@@ -2,7 +2,7 @@
 // in memory, and against the laws of their surfaces.
 #include "pipeline/materials/material_mesh.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,11 +14,15 @@
 #include "io/bytes/little_endian.h"
 #include "io/errors/errors.h"
 #include "io/files/open_source.h"
+#include "pipeline/materials/bricks.h"
+#include "pipeline/materials/settings.h"
 #include "pipeline/parts/mesh_parts.h"
 #include "pipeline/parts/work_orders.h"
+#include "tests/support/counted_heap.h"
 #include "tests/support/fake_ranks.h"
 #include "tests/support/material_volumes.h"
 #include "tests/support/runs.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {
@@ -99,7 +103,8 @@ class MaterialMeshOfFile : public TemporaryFolder {
   }
   Mesh mesh(const std::string& tag, const MaterialMeshOptions& options, int threads = 2) const {
     const TagBricks bricks(open_source(tag));
-    return Mesh(make_material_mesh(bricks, bricks.header().metadata.geometry(), options,
+    const Geometry geometry = bricks.header().metadata.geometry();
+    return Mesh(make_material_mesh(bricks, settle_material_mesh(bricks, geometry, options), geometry, options,
                                    {path(""), "the mesh"}, Resources(threads)));
   }
 };
@@ -442,6 +447,53 @@ TEST_F(MaterialMeshOfFile, HasSurfacesOfDifferentNames) {
   MaterialMeshOptions options;
   options.labels = LabelsWish{{{1, "a"}, {2, "a_b"}, {3, "b_c"}, {4, "b_c_7"}, {5, "c"}}, 0};
   check_surfaces(mesh(encoded("l.tag", dims, labels, "", "uint8"), options));
+}
+
+// How many parts and surfaces there are is known only when the bricks are made. Here are 8,000 labels, and six times as
+// many surfaces.
+TEST_F(MaterialMeshOfFile, EndsBeforePartsAndSurfacesExceedTheLimitOnMemory) {
+  const Index3 dims{40, 40, 40};
+  std::vector<std::uint16_t> labels;
+  for_each_point_of(Box::of_size(dims), [&](Index3 p) {
+    labels.push_back(static_cast<std::uint16_t>(1 + p.x / 2 + 20 * (p.y / 2 + 20 * (p.z / 2))));
+  });
+  const TagBricks bricks(open_source(encoded("l.tag", dims, labels, "", "uint16")));
+  MaterialMeshOptions options;
+  options.labels = LabelsWish{{}, 0};
+  const MaterialMeshJob job = settle_material_mesh(bricks, bricks.header().metadata.geometry(), options);
+  const SpoolPlace place{path(""), "the mesh"};
+  std::uint64_t peak = 0;
+  // The number of surfaces.
+  const auto made = [&](const PartsMemory& memory) {
+    MeshAssembler assembler(job.settings, place, memory);
+    MaterialBricks maker(bricks, job, layers_of(job), 1, {});
+    for (std::size_t layer = 0; layer < maker.layers().size(); ++layer)
+      maker.make(layer, [&](std::int64_t, const BrickMesh& brick) { assembler.add(brick); });
+    MaterialMesh mesh{1, {}, "", {}, {}, place.file(), place.file(), place.file(), place.file()};
+    const HeapPeak end;
+    assembler.finish(job.names, {}, mesh);
+    peak = end.bytes();
+    return mesh.surfaces.size();
+  };
+  const auto work = [&](const PartsMemory& memory) -> std::string {
+    try {
+      made(memory);
+    } catch (const MemoryLimit& error) {
+      EXPECT_GT(error.needs().needed, memory.limit);
+      return error.what();
+    }
+    return "";
+  };
+  const std::size_t surfaces = made({});
+  EXPECT_GT(surfaces, 40000U);
+  constexpr std::uint64_t bytes_of_surface = 1500, buffers = 16 << 20;
+  if (!sanitized) {
+    EXPECT_LE(peak, surfaces * bytes_of_surface + buffers);
+    EXPECT_GT(3 * peak, surfaces * bytes_of_surface);
+  }
+  EXPECT_THAT(work({.limit = surfaces * bytes_of_surface}), testing::HasSubstr(" surfaces needs at least"));
+  EXPECT_THAT(work({.limit = 1000}), testing::HasSubstr(" parts needs at least"));
+  EXPECT_EQ(work({.limit = surfaces * bytes_of_surface + buffers}), "");
 }
 
 TEST_F(MaterialMeshOfFile, ValuesFarFromZeroKeepTheirPrecision) {

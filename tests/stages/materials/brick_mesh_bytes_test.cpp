@@ -12,22 +12,29 @@
 namespace tagrid {
 namespace {
 
+// Volumes of 48 cubes along each axis, in bricks of the lattice's own size, and of 20 in a root cube that is larger.
 TEST(BrickMeshWorkingBytes, AreThoseOfNoise) {
   if (sanitized) GTEST_SKIP() << "a sanitizer allocates in its own way";
+  struct Shape {
+    double edge, cubes;
+    int cube_size;
+  };
   double most = 0, most_kept = 0;
-  for (const double edge : {1.0, 2.0})
+  for (const auto& [edge, cubes, cube_size] : {Shape{1, 48, 16}, {2, 48, 16}, {1, 20, 128}})
     for (const auto& thresholds : {std::vector<float>{0.5F}, std::vector<float>{0.25F, 0.5F, 0.75F}})
       for (const int order : {1, 2}) {
         std::mt19937 random(7);
         MaterialVolume volume{{33, 33, 33}};
-        for (int axis = 0; axis < 3; ++axis) volume.dims[axis] = 1 + static_cast<std::int64_t>(48 * edge);
+        for (int axis = 0; axis < 3; ++axis) volume.dims[axis] = 1 + static_cast<std::int64_t>(cubes * edge);
         volume.edge = edge;
+        volume.cube_size = cube_size;
         volume.thresholds = thresholds;
         volume.fill([&](double, double, double) { return static_cast<double>(random() % 1000) / 1000; });
         MaterialMeshSettings settings{
             volume.lattice(), std::vector<bool>(4, true), {}, closest_vertices, order, {}, {}, false};
         for (std::size_t a = 0; a < 3; ++a) settings.directions[a][a] = edge / 2 / parts_per_point;
-        const Box closed = BrickGrid{settings.lattice.domain(), 4}.closed_box({0, 0, 0});
+        const Box closed =
+            BrickGrid{settings.lattice.domain(), std::max(64 / cube_size, 1)}.closed_box({0, 0, 0});
         const ValueField field = volume.field();
         const HeapPeak peak;
         const BrickMesh mesh = mesh_of_brick(field, settings, closed);
@@ -35,6 +42,7 @@ TEST(BrickMeshWorkingBytes, AreThoseOfNoise) {
         const auto taken = static_cast<double>(peak.bytes());
         EXPECT_LE(taken, bytes) << edge << ' ' << order;
         EXPECT_LE(mesh.bytes(), bytes_of_brick_mesh(settings, closed)) << edge << ' ' << order;
+        EXPECT_GT(taken / bytes, cube_size == 128 ? 0.5 : 0.6) << edge << ' ' << order;
         most = std::max(most, taken / bytes);
         most_kept = std::max(most_kept, static_cast<double>(mesh.bytes()) /
                                             static_cast<double>(bytes_of_brick_mesh(settings, closed)));
