@@ -12,12 +12,12 @@ MaterialBricks::MaterialBricks(const TagBricks& samples, const MaterialMeshJob& 
                                std::vector<MeshLayer> layers, int threads, const Progress& progress)
     : job_(job),
       layers_(std::move(layers)),
-      window_(samples, job.numbers, samples_of(layers_), threads, progress),
-      threads_(threads) {
-  std::int64_t count = 0;
+      window_(samples, job.numbers, samples_of(layers_), threads),
+      threads_(threads),
+      progress_(progress) {
   for (const MeshLayer& layer : layers_) {
-    first_.push_back(count);
-    count += static_cast<std::int64_t>(layer.bricks.size());
+    first_.push_back(count_);
+    count_ += static_cast<std::int64_t>(layer.bricks.size());
   }
 }
 
@@ -61,6 +61,7 @@ void MaterialBricks::make(std::size_t number,
     flow::sequencer_node<Made> in_order(graph, [](const Made& brick) { return brick->number; });
     Pass pass(graph, flow::serial, [&](const Made& brick, Pass::output_ports_type& out) {
       use(first_[number] + static_cast<std::int64_t>(brick->number), brick->mesh);
+      if (progress_) progress_(static_cast<std::uint64_t>(++done_), static_cast<std::uint64_t>(count_));
       std::get<0>(out).try_put(1);
     });
     flow::make_edge(begin, few);

@@ -36,6 +36,8 @@ class MaterialBricks {
   std::vector<std::int64_t> first_;  ///< the number of the first brick of each layer
   SampleWindow window_;
   Threads threads_;
+  Progress progress_;
+  std::int64_t count_ = 0, done_ = 0;  ///< bricks
 };
 
 }  // namespace tagrid

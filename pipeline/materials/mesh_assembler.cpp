@@ -98,18 +98,20 @@ class MeshAssembler::Kept {
   std::int64_t place(Material material, std::int64_t old) const {
     return nodes_ ? places_.at(material).of(old) : old;
   }
-  std::int64_t parts(Material material) const {
-    const auto found = part_counts_.find(material);
-    return found == part_counts_.end() ? 0 : found->second;
-  }
-  std::int64_t removed_parts() const { return removed_parts_; }
+  std::int64_t parts(Material material) const { return count_of(material, part_counts_); }
+  std::int64_t removed_parts(Material material) const { return count_of(material, removed_parts_); }
 
  private:
+  using Counts = std::map<Material, std::int64_t>;
+  static std::int64_t count_of(Material material, const Counts& counts) {
+    const auto found = counts.find(material);
+    return found == counts.end() ? 0 : found->second;
+  }
+
   std::vector<bool> is_kept_;  ///< by part; empty: all are
   std::optional<KeptNumbers> nodes_;
   std::map<Material, KeptNumbers> places_;
-  std::map<Material, std::int64_t> part_counts_;
-  std::int64_t removed_parts_ = 0;
+  Counts part_counts_, removed_parts_;
 };
 
 MeshAssembler::Kept::Kept(MeshAssembler& all, const PartsWish& wish) {
@@ -128,9 +130,9 @@ MeshAssembler::Kept::Kept(MeshAssembler& all, const PartsWish& wish) {
     if (all.connected_.root(part) != part) continue;
     const BrickMesh::Part& p = all.parts_[part];
     is_kept[part] = wish.only_largest ? largest.at(p.material) == part : !(p.volume < wish.least_volume);
-    ++(is_kept[part] ? part_counts_[p.material] : removed_parts_);
+    ++(is_kept[part] ? part_counts_ : removed_parts_)[p.material];
   }
-  if (removed_parts_ == 0) return;
+  if (removed_parts_.empty()) return;
   for (std::uint32_t part = 0; part < count; ++part) is_kept[part] = is_kept[all.connected_.root(part)];
   is_kept_ = std::move(is_kept);
   nodes_.emplace(all.node_count_);
@@ -311,14 +313,16 @@ MeshQuality MeshAssembler::finish(const MaterialNames& names, const PartsWish& w
   require_memory(bytes, memory_.others_at_end, fmt::format("a mesh of {} parts", parts_.size()));
   MeshQuality quality;
   const Kept kept(*this, wish);
-  quality.removed_parts = kept.removed_parts();
   std::int64_t first = 0;
   for (const auto& [material, all] : element_counts_) {
     const std::int64_t count = kept.nodes() ? kept.place(material, all) : all;
     mesh.materials.push_back(
         {names.name_of(material), std::int64_t{material} + names.first_label, first, count});
-    quality.materials.push_back({names.name_of(material), count, 0, 0, kept.parts(material), 0});
-    quality.removed_tetrahedra += all - count;
+    quality.materials.push_back({.name = names.name_of(material),
+                                 .tetrahedra = count,
+                                 .parts = kept.parts(material),
+                                 .removed_parts = kept.removed_parts(material),
+                                 .removed_tetrahedra = all - count});
     first += count;
   }
   write_points(kept, mesh);

@@ -46,6 +46,7 @@ struct MeshQuality {
     double volume = 0, area = 0;
     std::int64_t parts = 0;           ///< connected through faces
     std::int64_t touching_edges = 0;  ///< edges of its surface that have more than two faces of it
+    std::int64_t removed_parts = 0, removed_tetrahedra = 0;
   };
   static constexpr double degrees_of_bin = 5;
   using Histogram = std::array<std::int64_t, 36>;
@@ -54,7 +55,6 @@ struct MeshQuality {
   /// How many tetrahedra have their smallest, and their largest, dihedral angle in these 5 degrees.
   Histogram smallest{}, largest{};
   double smallest_angle = 180, largest_angle = 0;
-  std::int64_t removed_parts = 0, removed_tetrahedra = 0;
 };
 
 /// Where nameless temporary files are: in a folder, for what a message calls `whose`.

@@ -8,13 +8,12 @@
 namespace tagrid {
 
 SampleWindow::SampleWindow(const TagBricks& file, const WrittenNumbers& numbers, const Box& needed,
-                           int threads, Progress progress)
+                           int threads)
     : file_(file),
       numbers_(numbers),
       type_(numbers.type(file.parameters().type)),
       needed_(needed),
       threads_(threads),
-      progress_(std::move(progress)),
       next_(needed.low.z) {}
 
 void SampleWindow::move_to(std::int64_t low, std::int64_t high) {
@@ -37,9 +36,6 @@ void SampleWindow::move_to(std::int64_t low, std::int64_t high) {
     added.bytes.resize(static_cast<std::size_t>(box.count() * bytes_of_sample));
     read_region(file_, Region{domain.points_of(box)},
                 {added.bytes.data(), {strides.x, strides.y, strides.z}, numbers_}, threads_);
-    if (progress_)
-      progress_(static_cast<std::uint64_t>(next_ - needed_.low.z),
-                static_cast<std::uint64_t>(needed_.size().z));
   }
 }
 

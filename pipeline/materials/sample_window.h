@@ -8,7 +8,6 @@
 
 #include "io/tag/bricks.h"
 #include "pipeline/decode/values.h"
-#include "pipeline/progress/progress.h"
 #include "stages/grid/box.h"
 #include "stages/materials/material_field.h"
 #include "stages/sample/samples.h"
@@ -19,8 +18,7 @@ namespace tagrid {
 class SampleWindow {
  public:
   /// Only samples in `needed`, counted from 0 in the volume, will be asked for. `file` must stay.
-  SampleWindow(const TagBricks& file, const WrittenNumbers& numbers, const Box& needed, int threads,
-               Progress progress);
+  SampleWindow(const TagBricks& file, const WrittenNumbers& numbers, const Box& needed, int threads);
 
   /// Forgets slices below `low` and decodes those up to `high`. Throws BrokenInput, WorldError.
   /// REQUIRES: neither ever falls.
@@ -52,7 +50,6 @@ class SampleWindow {
   SampleType type_;
   Box needed_;
   int threads_;
-  Progress progress_;
   std::int64_t next_;  ///< the first slice that was not decoded yet
   std::deque<Layer> layers_;
 };

@@ -78,6 +78,8 @@ void settle_lattice(const TagBricks& file, const Geometry& geometry, const Mater
   job.places.dims = dims;
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
+    if (dims[axis] == 1)
+      throw UsageError("{}: has one sample along {}; a mesh needs a volume", file.name(), "xyz"[axis]);
     const double cubes =
         std::floor(static_cast<double>(dims[axis] - 1) * spacing[a] / job.fine * (1 + 1e-12));
     if (!(cubes >= 1))
@@ -121,7 +123,8 @@ void check_name(const std::string& name) {
       !name.empty() && is_letter(name[0]) && std::all_of(name.begin(), name.end(), [&](char c) {
         return is_letter(c) || (c >= '0' && c <= '9') || c == '_';
       });
-  constexpr std::size_t longest = 32;
+  // Two of them are the name of an interface, which has up to 80 characters in a deck for Abaqus.
+  constexpr std::size_t longest = 38;
   if (!is_valid || name.size() > longest)
     throw UsageError(
         "{}: '{}' is not a name of at most {} letters, digits and underscores that begins "
@@ -130,11 +133,12 @@ void check_name(const std::string& name) {
 }
 
 void keep_named(const MaterialMeshOptions& options, MaterialMeshJob& job) {
-  std::set<std::string> wanted(options.keep.begin(), options.keep.end());
+  std::set<std::string> wanted;
+  for (const std::string& name : options.keep) wanted.insert(lower_case(name));
   std::string known;
   for (const auto& [material, name] : job.names.names) {
     known += (known.empty() ? "" : ", ") + name;
-    if (!options.keep.empty() && wanted.erase(name) == 0) continue;
+    if (!options.keep.empty() && wanted.erase(lower_case(name)) == 0) continue;
     if (material >= job.settings.is_kept.size()) job.settings.is_kept.resize(material + std::size_t{1});
     job.settings.is_kept[material] = true;
   }
@@ -206,7 +210,8 @@ void settle_labels(const TagBricks& file, const MaterialMeshOptions& options, Ma
   constexpr auto largest = std::numeric_limits<Material>::max();
   const SampleType type = file.parameters().type;
   if (is_float_type(type))
-    throw UsageError("{}: labels must be integers, but its samples are {}", file.name(), name_of(type));
+    throw UsageError("{}: labels must be integers, but its samples are {}; encode them as uint8 or uint16",
+                     file.name(), name_of(type));
   const auto& total = file.index().total;
   if (total.low < 0 || total.high > largest)
     throw UsageError("{}: labels must be from 0 to {}, but its samples are from {} to {}", file.name(),
@@ -238,6 +243,11 @@ void settle_labels(const TagBricks& file, const MaterialMeshOptions& options, Ma
         job.names.names.emplace(static_cast<Material>(label),
                                 job.names.name_of(static_cast<Material>(label)));
     keep_named(options, job);
+    constexpr std::size_t many = 255;
+    if (job.names.names.size() > many)
+      job.warnings.push_back(fmt::format(
+          "there may be {} labels; if the samples are values of a scan, mesh ranges of values instead",
+          job.names.names.size()));
   }
 }
 

@@ -55,21 +55,29 @@ class MaterialMesh:
     surfaces: dict[str, npt.NDArray[np.int64]]
 
     def meshio(self) -> Any:
-        """The mesh as a meshio.Mesh with cell sets for materials and surfaces. Requires meshio."""
+        """The mesh as a meshio.Mesh with cell sets for materials and surfaces, and with physical groups, which
+        meshio writes to Gmsh's files. Requires meshio."""
         import meshio  # type: ignore[import]
 
         second = self.cells.shape[1] == 10
         blocks: list[Any] = [("tetra10" if second else "tetra", self.cells)]
         material = [self.materials]
+        # Numbers of groups are from 1 on.
+        physical = [self.materials + (0 if np.all(self.materials > 0) else 1)]
+        groups = {name: np.array([physical[0][cells.start], 3]) for name, cells in self.groups.items()
+                  if cells.start < cells.stop}
         sets: dict[str, list[Any]] = {name: [np.arange(cells.start, cells.stop)] for name, cells in self.groups.items()}
         nothing = np.empty(0, np.int64)
         for number, (name, triangles) in enumerate(self.surfaces.items(), start=1):
             blocks.append(("triangle6" if second else "triangle", triangles))
             material.append(np.zeros(len(triangles), np.int64))
+            physical.append(np.full(len(triangles), number, np.int64))
+            groups[name] = np.array([number, 2])
             sets[name] = [nothing] * number + [np.arange(len(triangles))]
         for parts in sets.values():
             parts.extend([nothing] * (len(blocks) - len(parts)))
-        return meshio.Mesh(self.points, blocks, cell_data={"material": material}, cell_sets=sets)
+        data = {"material": material, "gmsh:physical": physical, "gmsh:geometrical": physical}
+        return meshio.Mesh(self.points, blocks, cell_data=data, cell_sets=sets, field_data=groups)
 
     def __repr__(self) -> str:
         return (f"<tagrid.MaterialMesh of {len(self.points)} points and {len(self.cells)} tetrahedra of "

@@ -3,6 +3,7 @@
 import itertools
 import math
 import sys
+import tempfile
 import unittest
 
 import numpy as np
@@ -86,8 +87,8 @@ class Materials(unittest.TestCase):
         tetrahedra = {tuple(map(tuple, np.sort(whole.points[cell], axis=0))) for cell in whole.cells}
         self.assertTrue(all(tuple(map(tuple, np.sort(mesh.points[cell], axis=0))) in tetrahedra for cell in mesh.cells))
         self.assertIn("ball_cut", mesh.surfaces)
-        none = self.volume.mesh(materials={"ball": (0, None)}, size=2, parts=1e6)
-        self.assertEqual((len(none.points), len(none.cells), none.surfaces), (0, 0, {}))
+        with self.assertRaisesRegex(tagrid.ArgumentError, "no part of ball is large enough"):
+            self.volume.mesh(materials={"ball": (0, None)}, size=2, parts=1e6)
 
     def test_arguments(self):
         cases = [(dict(materials=self.named, labels=True), tagrid.ArgumentError, "give one of them"),
@@ -121,6 +122,12 @@ class Materials(unittest.TestCase):
             self.volume.mesh(materials=self.named, progress=stop)
         self.assertEqual(len(seen), 1)
 
+    def test_progress_counts_bricks(self):
+        seen = []
+        self.volume.mesh(materials=self.named, size=0.5, progress=lambda done, total: seen.append((done, total)))
+        self.assertGreater(len(seen), 3)
+        self.assertEqual(seen, [(done, len(seen)) for done in range(1, len(seen) + 1)])
+
     def test_meshio_has_sets(self):
         try:
             import meshio  # noqa: F401
@@ -137,6 +144,31 @@ class Materials(unittest.TestCase):
             for name, triangles in mesh.surfaces.items():
                 np.testing.assert_array_equal(blocks[name][0], triangles)
                 self.assertEqual(len(blocks[name]), 1)
+
+    def test_gmsh_finds_the_groups_that_meshio_wrote(self):
+        try:
+            import gmsh
+            import meshio  # noqa: F401
+        except ImportError as missing:
+            self.skipTest(f"{missing.name} is not installed")
+        mesh = self.volume.mesh(materials=self.named, size=3)
+        with tempfile.TemporaryDirectory() as folder:
+            mesh.meshio().write(f"{folder}/a.msh", file_format="gmsh22")
+            gmsh.initialize()
+            self.addCleanup(gmsh.finalize)
+            gmsh.option.setNumber("General.Terminal", 0)
+            gmsh.open(f"{folder}/a.msh")
+        found = {}
+        for dimension, tag in gmsh.model.getPhysicalGroups():
+            entities = gmsh.model.getEntitiesForPhysicalGroup(dimension, tag)
+            numbers = [gmsh.model.mesh.getElements(dimension, entity)[1][0] for entity in entities]
+            found[gmsh.model.getPhysicalName(dimension, tag)] = sum(map(len, numbers))
+        wanted = {name: cells.stop - cells.start for name, cells in mesh.groups.items()}
+        self.assertEqual(found, wanted | {name: len(triangles) for name, triangles in mesh.surfaces.items()})
+
+    def test_a_mesh_of_nothing_is_an_error(self):
+        with self.assertRaisesRegex(tagrid.ArgumentError, "would be empty: no tetrahedron is of a; values are from"):
+            self.volume.mesh(materials={"a": (5000, None)})
 
 
 if __name__ == "__main__":

@@ -384,6 +384,8 @@ class Labels(SolverTest):
         expected = self.counts("--labels", "2=cancellous_bone,7=cortical_bone")
         self.assertEqual(list(expected), ["cancellous_bone", "cortical_bone"])
         self.assertGreater(min(expected.values()), 100)
+        words = "# Slicer\n0 Background 0 0 0 0\n2 cancellous bone 216 101 79 255\n7 cortical bone 221 130 101 255\n"
+        tables["words.ctbl"] = words
         for name, text in tables.items():
             (self.folder / name).write_text(text)
             self.assertEqual(self.counts("--labels", name, "--keep", "cancellous_bone,cortical_bone"), expected, name)
@@ -418,7 +420,11 @@ class Labels(SolverTest):
         for parts in ("largest", "100"):
             made = self.mesh("labels.tag", "a.inp", "--labels", "2=core,7=ring", "--size", "1", "--parts", parts)
             self.assertEqual([m["parts"] for m in made["materials"]], [1, 1])
-            self.assertEqual(made["removed_parts"], 1)
+            self.assertEqual([m["removed_parts"] for m in made["materials"]], [1, 0])
+        run = self.tagrid("mesh", "labels.tag", "-f", "-o", "a.inp", "--labels", "2=core,7=ring", "--size", "1", "--parts", "100")
+        self.assertRegex(run.stderr, r"^tagrid: a.inp: left out 1 part of core \(\d+ tetrahedra\)\n$")
+        run = self.tagrid("mesh", "labels.tag", "-f", "-o", "a.inp", "--labels", "2=core,7=ring", "--parts", "1000")
+        self.assertIn("warning: no part of core is large enough\n", run.stderr)
 
 
 class Determinism(SolverTest):
@@ -512,15 +518,26 @@ class WrongInput(SolverTest):
         self.fails(64, "no material is called 'bone'.*in, out", "scan.tag", "--materials", "in=:0,out=0:", "--keep", "bone")
 
     def test_names_become_those_of_sets(self):
-        self.ok("mesh", "scan.tag", "--materials", "soft tissue=:0,2nd=0:", "--keep", "soft tissue", "-o", "a.inp")
+        self.ok("mesh", "scan.tag", "--materials", "soft tissue=:0,2nd=0:", "--keep", "Soft tissue", "-o", "a.inp")
         elements = re.findall("ELSET=(.*)", (self.folder / "a.inp").read_text())
         self.assertEqual(elements, ["soft_tissue"])
 
     def test_a_material_without_values_is_reported_with_the_values_that_there_are(self):
-        run = self.ok("mesh", "scan.tag", "--materials", "bone=300:", "-o", "a.inp")
+        run = self.ok("mesh", "scan.tag", "--materials", "in=:0,bone=300:", "-o", "a.inp")
         self.assertRegex(run.stderr, "warning: no tetrahedron is of bone; values are from -[0-9.]+ to 10[0-9.]+\n")
+        run = self.ok("mesh", "scan.tag", "--materials", "out=0:,in=:-5", "--size", "4", "-o", "c.inp")
+        self.assertIn("warning: no tetrahedron is of in: no sample is of it, or it is thinner than the cubes, whose edge is 4 mm\n", run.stderr)
         run = self.ok("mesh", "labels.tag", "--labels", "1=ball,9=bone", "-o", "b.inp")
         self.assertIn("warning: no tetrahedron is of bone; labels are from 0 to 1\n", run.stderr)
+
+    def test_a_mesh_of_nothing_is_an_error(self):
+        self.fails(64, "would be empty: no tetrahedron is of bone; values are from", "scan.tag", "--materials", "bone=300:")
+        self.fails(64, "would be empty: no part of in is large enough; no part of out", "scan.tag", "--materials", "in=:0,out=0:", "--parts", "1e9")
+        self.fails(64, "no tetrahedron is of a label that is not 0", "labels.tag", "--labels", "all", "--parts", "1e9")
+        # Of a region, it is not.
+        self.ok("mesh", "scan.tag", "--materials", "in=:0", "--region", "0:3,0:3,0:3", "-o", "region.inp")
+        self.put("slice", numpy.zeros((1, 9, 9), numpy.uint8))
+        self.fails(64, "has one sample along z; a mesh needs a volume", "slice.tag", "--labels", "0=all")
 
     def test_formats_that_cannot_hold_it(self):
         self.fails(64, "STL files hold surfaces.*must end in .*inp", "scan.tag", "--materials", "in=:0", output="a.stl")
@@ -532,7 +549,9 @@ class WrongInput(SolverTest):
         self.fails(64, "may be wrong by 1.*without a loss", "lossy.tag", "--labels", "all")
         self.fails(64, "labels must be integers, but its samples are float32", "scan.tag", "--labels", "all")
         self.fails(64, "from 0 to 65535, but its samples are from -1 to 0", "negative.tag", "--labels", "all")
-        self.fails(64, "samples are values or labels", "labels.tag", "--labels", "all", "--materials", "a=:0")
+        self.fails(64, "with --labels; samples are values or labels", "labels.tag", "--labels", "all", "--materials", "a=:0")
+        self.fails(64, "with --label-volume; samples are", "scan.tag", "--label-volume", "labels.tag", "--materials", "a=:0")
+        self.fails(64, "at most 38 letters", "labels.tag", "--labels", "1=" + 39 * "a")
         self.fails(64, "label 1 has two names", "labels.tag", "--labels", "1=a,1=b")
         self.fails(64, "not LABEL=NAME, such as 1=bone", "labels.tag", "--labels", "x=a")
         self.fails(64, "does not begin with the number of a label", "labels.tag", "--labels", "scan.nrrd")

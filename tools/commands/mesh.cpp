@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "io/meshes/formats.h"
@@ -90,7 +91,9 @@ void add_materials(const MaterialMeshResult& result, nlohmann::ordered_json& set
                          {"volume", m.volume},
                          {"area", m.area},
                          {"parts", m.parts},
-                         {"touching_edges", m.touching_edges}});
+                         {"touching_edges", m.touching_edges},
+                         {"removed_parts", m.removed_parts},
+                         {"removed_tetrahedra", m.removed_tetrahedra}});
   auto& surfaces = settings["surfaces"] = nlohmann::ordered_json::array();
   for (const MaterialSurface& s : result.surfaces)
     surfaces.push_back({{"name", s.name}, {"triangles", s.count}});
@@ -99,8 +102,6 @@ void add_materials(const MaterialMeshResult& result, nlohmann::ordered_json& set
   settings["degrees_of_bin"] = MeshQuality::degrees_of_bin;
   settings["smallest_angles"] = quality.smallest;
   settings["largest_angles"] = quality.largest;
-  settings["removed_parts"] = quality.removed_parts;
-  settings["removed_tetrahedra"] = quality.removed_tetrahedra;
 }
 
 struct MaterialMeshCommand : GridCommand<MaterialMeshOptions, MaterialMeshResult> {
@@ -110,16 +111,25 @@ struct MaterialMeshCommand : GridCommand<MaterialMeshOptions, MaterialMeshResult
     const MaterialMeshResult result = write(
         ranks, {"mesh", "meshes", ".vtu", false},
         [&](const MaterialMeshRun& mesh) { return write_material_mesh(ranks, mesh); }, add_materials);
-    if (result.quality.removed_parts > 0 && !run.quiet)
-      say("tagrid: {}: left out {} with {}", path,
-          counted(static_cast<std::uint64_t>(result.quality.removed_parts), "part"),
-          result.quality.removed_tetrahedra == 1
-              ? "1 tetrahedron"
-              : fmt::format("{} tetrahedra", result.quality.removed_tetrahedra));
+    if (!run.quiet) tell_removed(result.quality);
     if (texts.quality) tell_quality(result);
-    tell_size(fmt::format("{} points, {} tetrahedra of {} materials, {} surfaces", result.points,
-                          result.tetrahedra, result.quality.materials.size(), result.surfaces.size()),
+    const auto& materials = result.quality.materials;
+    const auto present = std::count_if(materials.begin(), materials.end(),
+                                       [](const MeshQuality::OfMaterial& m) { return m.tetrahedra > 0; });
+    tell_size(fmt::format("{} points, {} tetrahedra of {}, {}", result.points, result.tetrahedra,
+                          counted(static_cast<std::uint64_t>(present), "material"),
+                          counted(result.surfaces.size(), "surface")),
               result.header);
+  }
+
+  void tell_removed(const MeshQuality& quality) const {
+    std::string removed;
+    for (const MeshQuality::OfMaterial& m : quality.materials)
+      if (m.removed_parts > 0)
+        removed += fmt::format("{}{} of {} ({} tetrahedra)", removed.empty() ? "" : ", ",
+                               counted(static_cast<std::uint64_t>(m.removed_parts), "part"), m.name,
+                               m.removed_tetrahedra);
+    if (!removed.empty()) say("tagrid: {}: left out {}", path, removed);
   }
 };
 

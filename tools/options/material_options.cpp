@@ -36,7 +36,7 @@ std::string set_name(std::string_view name, const std::string& without_letters) 
   while (!result.empty() && result.back() == '_') result.pop_back();
   if (result.empty()) return without_letters;
   if ((result[0] >= '0' && result[0] <= '9')) result.insert(0, "m_");
-  return result.substr(0, 32);
+  return result;
 }
 
 // NAME=LOW:HIGH, where LOW or HIGH may be missing.
@@ -62,7 +62,8 @@ void add_label(std::map<std::int64_t, std::string>& names, std::int64_t label, s
 // ITK-SNAP. Names between commas, semicolons or tabs may have blanks.
 void add_line(std::map<std::int64_t, std::string>& names, std::string_view line, const std::string& where) {
   std::vector<std::string_view> fields;
-  const bool has_separators = line.find_first_of(",;\t") != line.npos && line.find('"') == line.npos;
+  const bool has_quotes = line.find('"') != line.npos;
+  const bool has_separators = line.find_first_of(",;\t") != line.npos && !has_quotes;
   const std::string_view between = has_separators ? "\t,;\r" : " \t,;\r";
   for (std::size_t i = line.find_first_not_of(between); i < line.size();) {
     const bool is_quoted = line[i] == '"';
@@ -84,7 +85,13 @@ void add_line(std::map<std::int64_t, std::string>& names, std::string_view line,
   const auto is_name = [](std::string_view field) { return !finite_number(std::string(field)); };
   const auto name = std::find_if(fields.begin() + 1, fields.end(), is_name);
   if (name == fields.end()) throw UsageError("--labels: {}: label {} has no name", where, *label);
-  add_label(names, *label, *name);
+  // Between blanks, a name has all words up to the four numbers of a color, or up to the next number.
+  auto end = name + 1;
+  if (!has_separators && !has_quotes) {
+    const bool has_color = fields.end() - name > 4 && std::none_of(fields.end() - 4, fields.end(), is_name);
+    end = has_color ? fields.end() - 4 : std::find_if_not(name, fields.end(), is_name);
+  }
+  add_label(names, *label, fmt::format("{}", fmt::join(name, end, " ")));
 }
 
 std::string text_of(const std::string& path) {
@@ -165,7 +172,8 @@ void add_material_options(CLI::App& command, MaterialTexts& texts) {
 MaterialMeshOptions material_options(const MaterialTexts& texts) {
   MaterialMeshOptions options;
   if (!texts.materials.empty() && !(texts.labels.empty() && texts.label_volume.empty()))
-    throw UsageError("--materials: cannot be combined with --labels; samples are values or labels");
+    throw UsageError("--materials: cannot be combined with {}; samples are values or labels",
+                     texts.labels.empty() ? "--label-volume" : "--labels");
   if (texts.materials.empty()) {
     options.labels.emplace();
     options.labels->names = label_names(texts.labels.empty() ? std::string(all_labels) : texts.labels);

@@ -357,7 +357,7 @@ TEST_F(MaterialMeshOfFile, LeavesOutLooseParts) {
     const auto& quality = mesh.result.quality;
     EXPECT_EQ(quality.materials.size(), 1U);
     EXPECT_EQ(quality.materials[0].tetrahedra, mesh.elements());
-    EXPECT_EQ(quality.materials[0].parts + quality.removed_parts, 3);
+    EXPECT_EQ(quality.materials[0].parts + quality.materials[0].removed_parts, 3);
     // No point is left over.
     EXPECT_EQ(static_cast<std::int64_t>(std::set(mesh.nodes.begin(), mesh.nodes.end()).size()),
               mesh.mesh().point_count());
