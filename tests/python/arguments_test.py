@@ -102,8 +102,12 @@ class Arguments(unittest.TestCase):
 
     def test_the_messages_about_samples_say_what_to_do(self):
         for dtype, advice in [("?", "numpy.uint8"), ("f2", "numpy.float32"), ("i8", "numpy.int32"), ("u8", "numpy.uint32"),
-                              ("g", "numpy.float64"), ("c8", "array.real and array.imag"), ("U3", "one number for each voxel")]:
+                              ("g", "numpy.float64"), ("c8", "array.real and array.imag"), ("U3", "one number for each voxel"),
+                              (">i8", "numpy.int32"), (">f2", "numpy.float32"), ("V2", "types are"), ("M8[s]", "no dates"),
+                              (">m8[s]", "no dates"), ([("a", "i2")], "one number"), (object, "one number")]:
             self.refused(TypeError, advice, tagrid.encode, np.zeros((2, 3, 4), dtype))
+        self.refused(TypeError, "filled", tagrid.encode, np.ma.zeros((3, 4, 5), "u1"))
+        self.refused(ValueError, "at least one", tagrid.encode, np.zeros((0, 4, 5), "u1"))
         self.refused(tagrid.ArgumentError, "array[numpy.newaxis]", tagrid.encode, SAMPLES[0])
         self.refused(tagrid.ArgumentError, "one volume at a time, such as array[0]", tagrid.encode, SAMPLES[None])
         for nothing in (None, 5, {}, (one for one in SAMPLES)):

@@ -16,6 +16,9 @@ import tagrid.napari
 
 from volumes import blobs, temporary_folder
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import scans
+
 PROGRAM = pathlib.Path(sys.argv[1])
 try:
     import dask.array as da
@@ -101,14 +104,7 @@ class Reader(unittest.TestCase):
 
     def test_several_volumes_are_stacked(self):
         series = np.stack([blobs((4, 5, 6), seed=seed) for seed in range(3)])
-        header = np.zeros(352, np.uint8)
-        header[:4].view("<i4")[0] = 348
-        header[40:56].view("<i2")[:] = (4, 6, 5, 4, 3, 1, 1, 1)
-        header[70:74].view("<i2")[:] = (4, 16)
-        header[76:92].view("<f4")[:] = (1, 0.5, 1, 2)
-        header[108:112].view("<f4")[0] = 352
-        header[123], header[344:348] = 2, np.frombuffer(b"n+1\0", np.uint8)
-        (self.folder / "a.nii").write_bytes(header.tobytes() + series.astype("<i2").tobytes())
+        (self.folder / "a.nii").write_bytes(scans.nifti(series, (0.5, 1, 2)))
         path = str(self.folder / "my scan.tag")
         subprocess.run([PROGRAM, "encode", self.folder / "a.nii", "-o", path, "-q"], check=True)
         data, options = self.one_layer(path)

@@ -7,12 +7,12 @@ import json
 import os
 import re
 import shutil
-import struct
 import subprocess
 import sys
 import unittest
 
 from other_readers import PROGRAM, ReaderTest, h5py, main, numpy, pydicom, tifffile
+from scans import data_set, meta_image, nifti
 
 MPI_PROGRAM = os.path.abspath(sys.argv.pop(2)) if len(sys.argv) > 2 and not sys.argv[2].startswith("-") else None
 
@@ -39,13 +39,10 @@ class Archive(ReaderTest):
 
     def make(self):
         """All volumes, by the names of their outputs; and the names of what cannot be read."""
-        from dicom_test import data_set
-
         volumes = {}
         self.write_nrrd(self.path("2019/knee.nrrd"), self.volume(1))
         volumes["2019/knee.nrrd"] = self.volume(1)
-        self.path("2019/knee.mha").write_bytes(b"NDims = 3\nDimSize = 11 9 4\nElementType = MET_USHORT\nElementDataFile = LOCAL\n" +
-                                               self.volume(2).tobytes())
+        self.path("2019/knee.mha").write_bytes(meta_image(self.volume(2)))
         volumes["2019/knee.mha"] = self.volume(2)
         for z, slice in enumerate(self.volume(3)):
             tifffile.imwrite(self.path(f"stacks/rat.1/s{z + 8}.tif"), slice)
@@ -69,10 +66,7 @@ class Archive(ReaderTest):
 
         broken = ["runs/broken.h5", "2019/short.nii", "stacks/gap"]
         self.path("runs/broken.h5").write_bytes(self.path("runs/scan.h5").read_bytes()[:700])
-        header = bytearray(352)
-        header[:4], header[344:348] = struct.pack("<i", 348), b"n+1\0"
-        header[40:48], header[70:72], header[108:112] = struct.pack("<4h", 3, 5, 5, 5), struct.pack("<h", 4), struct.pack("<f", 352)
-        self.path("2019/short.nii").write_bytes(header + bytes(99))
+        self.path("2019/short.nii").write_bytes(nifti(numpy.zeros((5, 5, 5), "int16"))[:451])
         for z in (1, 2, 4):
             tifffile.imwrite(self.path(f"stacks/gap/{z}.tif"), self.volume(3)[0])
         self.path("2019/notes.txt").write_text("nothing")

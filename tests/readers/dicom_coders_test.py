@@ -8,8 +8,8 @@ import shutil
 import subprocess
 import unittest
 
-from dicom_test import LITTLE, claim, data_set
 from other_readers import Image, ReaderTest, main, numpy, pydicom
+from scans import LITTLE, claim, data_set
 
 HT = {"201": "High-Throughput JPEG 2000 (Lossless only)", "202": "High-Throughput JPEG 2000 with RPCL (Lossless only)", "203": "High-Throughput JPEG 2000"}
 XL = {"110": "JPEG XL Lossless", "111": "JPEG XL JPEG Recompression", "112": "JPEG XL"}

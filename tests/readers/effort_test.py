@@ -12,6 +12,7 @@ import time
 import unittest
 
 from other_readers import IS_SANITIZED, PROGRAM, ReaderTest, main, numpy, pydicom
+from scans import data_set
 
 SERIES, SLICES = 6, 5
 CALLS = "open,openat,execve,fsync,fdatasync"
@@ -30,8 +31,6 @@ def can_trace():
 @unittest.skipIf(IS_SANITIZED, "sanitized readers start anew for each volume")
 class Effort(ReaderTest):
     def write_series(self, folder_of):
-        from dicom_test import data_set
-
         for series in range(SERIES):
             folder = self.folder / folder_of(series)
             folder.mkdir(parents=True, exist_ok=True)
@@ -84,7 +83,6 @@ class Effort(ReaderTest):
 
     def test_all_volumes_of_a_set_are_those_of_its_files(self):
         """Each volume has files of its own, plain ones or compressed ones."""
-        from dicom_test import data_set
         from pydicom.fileset import FileSet
 
         truth = numpy.random.default_rng(1).integers(0, 4096, (2, 4, 32, 32))

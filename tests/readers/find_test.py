@@ -13,6 +13,7 @@ import subprocess
 import unittest
 
 from other_readers import PROGRAM, ReaderTest, h5py, main, nibabel, numpy, pydicom, tifffile
+from scans import data_set
 
 
 @unittest.skipIf(None in (numpy, nibabel, pydicom, tifffile, h5py), "libraries are missing")
@@ -29,8 +30,6 @@ class Find(ReaderTest):
         self.write_nrrd(self.path(name), self.volume(seed))
 
     def dicom(self, folder, uid, seed, slices=4):
-        from dicom_test import data_set
-
         for z, slice in enumerate(self.volume(seed, (slices, 9, 11))):
             file = data_set(slice, series=uid, instance=f"{uid}.{z}", position=(0, 0, z), RescaleIntercept=0)
             file.StudyDate, file.StudyTime, file.StudyID = "20200101", "120000", "1"
@@ -102,8 +101,6 @@ class Find(ReaderTest):
         self.assertEqual(self.find()[0], {})
 
     def test_a_broken_image_hides_no_other_series_and_every_file_is_named(self):
-        from dicom_test import data_set
-
         self.dicom("two", "1.1", 1)
         self.dicom("two", "2.2", 2)
         broken = self.path("two/1.1-3.dcm")
@@ -300,8 +297,6 @@ class Find(ReaderTest):
 
     def test_volumes_of_one_series_are_told_apart(self):
         """The same ones as of their directory, each once."""
-        from dicom_test import data_set
-
         for echo, z in itertools.product((2, 5), range(3)):
             file = data_set(self.volume(echo)[z], series="1.2.3", instance=f"1.{echo}.{z}", position=(0, 0, z), EchoTime=str(echo), SeriesDescription="T2\nmap")
             self.save(self.path(f"s/{echo}{z}.dcm"), file)
@@ -336,8 +331,6 @@ class Find(ReaderTest):
             file["g"] = self.volume(2)
         self.dicom("s", "1.2.3", 1)
         for z in range(3):
-            from dicom_test import data_set
-
             file = data_set(self.volume(2, (3, 5, 7))[z], series="1.2.3", instance=f"9.{z}", position=(0, 0, z), RescaleIntercept=0)
             self.save(self.path(f"s/small{z}.dcm"), file)
         found, _ = self.find()

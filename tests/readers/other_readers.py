@@ -14,6 +14,9 @@ import sys
 import tempfile
 import unittest
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import scans  # noqa: E402
+
 PROGRAM = pathlib.Path(sys.argv[1]).resolve()
 IS_SANITIZED = b"__asan_init" in PROGRAM.read_bytes()
 # Tests may take hours; see tools/test.sh.
@@ -163,12 +166,7 @@ class ReaderTest(unittest.TestCase):
         file.save_as(self.folder / name, write_like_original=False)
 
     def write_nrrd(self, name, samples, fields=""):
-        """Writes an attached NRRD file with further lines in its header."""
-        type = {"float32": "float", "float64": "double"}.get(str(samples.dtype), samples.dtype)
-        header = f"NRRD0005\ntype: {type}\ndimension: 3\nsizes: {' '.join(map(str, samples.shape[::-1]))}\n" + \
-            "encoding: raw\nendian: little\n"
-        fields = fields if isinstance(fields, bytes) else fields.encode()
-        (self.folder / name).write_bytes(header.encode() + fields + b"\n" + samples.tobytes())
+        (self.folder / name).write_bytes(scans.nrrd(samples, fields))
 
     def assert_same(self, samples, truth, what=""):
         self.assertEqual(samples.shape, truth.shape, what)

@@ -14,6 +14,7 @@ import subprocess
 import unittest
 
 from other_readers import Image, PROGRAM, ReaderTest, h5py, main, numpy, pydicom, tifffile
+from scans import data_set
 
 # Tags of TIFF that say how samples are stored.
 BITS, COMPRESSION, STRIPS, ROWS, COUNTS = 258, 259, 273, 278, 279
@@ -360,8 +361,6 @@ class PlainForms(ReaderTest):
     # DICOM, NRRD
 
     def write_deflated(self, folder, truth):
-        from dicom_test import data_set
-
         os.makedirs(self.folder / folder, exist_ok=True)
         for z, slice in enumerate(truth):
             file = data_set(slice, instance=f"1.2.{z}", position=(0, 0, z))

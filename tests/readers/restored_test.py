@@ -16,6 +16,7 @@ import unittest
 import zlib
 
 from other_readers import PROGRAM, ReaderTest, main, nibabel, numpy, pydicom, unless_sanitized
+from scans import data_set
 
 NRRD = b"NRRD0004\n# a comment \xff\ntype: %s\ndimension: 3\nsizes: 11 9 4\nendian: %s\nencoding: raw\nkey:=value\n\n"
 
@@ -68,8 +69,6 @@ class Restored(ReaderTest):
             self.assertEqual(a.read(), b.read())
 
     def dicom_series(self, high_bits, signed):
-        from dicom_test import data_set
-
         os.makedirs(self.folder / "s", exist_ok=True)
         truth = self.volume()
         for z, slice in enumerate(truth):
@@ -108,8 +107,6 @@ class Restored(ReaderTest):
         self.assertIn("source files: identical except for samples\n", run.stdout)
 
     def test_a_grid_alone_stays_in_the_range_of_the_bits(self):
-        from dicom_test import data_set
-
         os.mkdir(self.folder / "s")
         z, y, x = numpy.mgrid[0:20, 0:24, 0:24]
         truth = numpy.where((x - 12) ** 2 + (y - 12) ** 2 + (z - 10) ** 2 < 50, 4095, 0).astype("uint16")
@@ -417,8 +414,6 @@ for request in map(json.loads, sys.stdin):
 
     @unittest.skipIf(shutil.which("gdcmconv") is None or shutil.which("dcmcrle") is None, "there are no gdcmconv and dcmcrle on this machine")
     def test_compressed_dicom_comes_back_as_the_same_data_set(self):
-        from dicom_test import data_set
-
         truth = self.volume(shape=(4, 9, 11))
         for option in ("--rle", "--jpeg", "--jpegls", "--j2k", "dcmcrle"):
             shutil.rmtree(self.folder / "s", ignore_errors=True)
@@ -452,8 +447,6 @@ for request in map(json.loads, sys.stdin):
 
     @unittest.skipIf(shutil.which("gdcmconv") is None, "there is no gdcmconv on this machine")
     def test_dicom_that_has_no_plain_form_is_not_kept(self):
-        from dicom_test import data_set
-
         data_set(self.volume(), BitsStored=16, HighBit=15).save_as(self.folder / "a.dcm", write_like_original=False)
         subprocess.run(["gdcmconv", "--j2k", "a.dcm", "b.dcm"], cwd=self.folder, check=True)
         narrow = pydicom.dcmread(self.folder / "b.dcm")

@@ -10,6 +10,7 @@ import shutil
 import unittest
 
 from other_readers import ReaderTest, main, numpy, pydicom, tifffile
+from scans import data_set
 
 UID = "1.2.840.99.7"
 
@@ -18,8 +19,6 @@ UID = "1.2.840.99.7"
 class SeriesNames(ReaderTest):
     def slices(self, folder, name, samples, first=0, **attributes):
         """Slices of the one series, with positions from `first` on."""
-        from dicom_test import data_set
-
         (self.folder / folder).mkdir(exist_ok=True)
         for z, slice in enumerate(samples):
             given = {"number": z + 1, "position": (0, 0, first + z)} | attributes

@@ -259,6 +259,8 @@ class Tiff(ReaderTest):
         self.write_packed("a.tif", truth, 4, "<", meaning=0)
         self.assert_same(self.encoded("a.tif")[0][0], truth)
         self.assertIn("WhiteIsZero", self.messages)
+        self.assertIn("WhiteIsZero", self.info("out.tag")["source"]["pairs"]["not understood"])
+        self.assertIn("WhiteIsZero", self.ok("decode", "out.tag", "-o", "b.tif").stderr)
         # Of a directory, messages about all of it name the directory.
         (self.folder / "s").mkdir()
         for z in range(3):
