@@ -3,6 +3,7 @@
 import errno
 import io
 import os
+import pathlib
 import signal
 import subprocess
 import sys
@@ -13,6 +14,9 @@ import numpy as np
 import tagrid
 
 from volumes import blobs, temporary_folder
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import scans
 
 PROGRAM = sys.argv[1]
 SHAPE = (70, 20, 30)
@@ -111,36 +115,20 @@ class Encoding(unittest.TestCase):
         self.assertEqual(array.loaded, [(z, min(z + 13, 70)) for z in range(0, 70, 13)])
 
     def test_bytes_do_not_depend_on_threads_and_are_those_of_the_program(self):
-        for dtype in ("int16", "float32"):
-            samples = blobs(SHAPE, dtype)
-            raw = self.folder / "v.raw"
-            raw.write_bytes(samples.tobytes())
-            header = self.folder / "v.nhdr"
-            kind = {"int16": "short", "float32": "float"}[dtype]
-            header.write_text(f"NRRD0004\ntype: {kind}\ndimension: 3\nsizes: 30 20 70\nspacings: 0.5 0.5 2.0\nendian: little\n"
-                              "encoding: raw\ndata file: v.raw\n")
-            subprocess.run([PROGRAM, "encode", header, "--max-error", "2", "--strip", "-q", "-f", "-o", self.folder / "v.tag"], check=True)
-            data = (self.folder / "v.tag").read_bytes()
-            with tagrid.open(data) as volume:
-                self.assertEqual(volume.spacing, (2, 0.5, 0.5))
-            for threads in (1, 3):
-                self.assertEqual(tagrid.encode(samples, max_error=2, spacing=(2, 0.5, 0.5), threads=threads), data)
-
-    def test_overviews_are_those_of_the_program(self):
+        scale = {"float32": ["--range", "-200:200"], "int16": []}
         for dtype in ("int16", "float32"):
             samples = blobs((9, 10, 530), dtype)
-            (self.folder / "v.raw").write_bytes(samples.tobytes())
-            for ours, theirs in ((None, None), ("auto", "auto"), ("none", "none"), ((), "none"), ([4], "4"),
-                                 (np.array([4, 16, 64]), "4,16,64")):
-                command = [PROGRAM, "encode", self.folder / "v.raw", "--dims", "530,10,9", "--type", dtype,
-                           "--max-error", "2", "--strip"]
-                command += [] if theirs is None else ["--overviews", theirs]
-                command += [] if dtype == "int16" else ["--range", "-200:200"]
-                subprocess.run([*command, "-q", "-f", "-o", self.folder / "v.tag"], check=True)
-                settings = {} if ours is None else {"overviews": ours}
-                settings |= {} if dtype == "int16" else {"value_range": (-200, 200)}
-                data = tagrid.encode(samples, max_error=2, **settings)
-                self.assertEqual(data, (self.folder / "v.tag").read_bytes(), (dtype, ours))
+            for settings, options in (({"spacing": (2, 0.5, 0.25)}, []), ({}, []), ({"overviews": "auto"}, ["--overviews", "auto"]),
+                                      ({"overviews": "none"}, ["--overviews", "none"]), ({"overviews": ()}, ["--overviews", "none"]),
+                                      ({"overviews": [4]}, ["--overviews", "4"]), ({"overviews": np.array([4, 16, 64])}, ["--overviews", "4,16,64"])):
+                (self.folder / "v.nrrd").write_bytes(scans.nrrd(samples, "spacings: 0.25 0.5 2\n" if "spacing" in settings else ""))
+                subprocess.run([PROGRAM, "encode", self.folder / "v.nrrd", "--max-error", "2", "--strip", *options, *scale[dtype], "-q", "-f",
+                                "-o", self.folder / "v.tag"], check=True)
+                data = (self.folder / "v.tag").read_bytes()
+                if scale[dtype]:
+                    settings = settings | {"value_range": (-200, 200)}
+                for threads in (1, 3):
+                    self.assertEqual(tagrid.encode(samples, max_error=2, threads=threads, **settings), data, (dtype, options))
                 tagrid.encode(samples, self.folder / "w.tag", max_error=2, **settings)
                 self.assertEqual(data, (self.folder / "w.tag").read_bytes())
 
