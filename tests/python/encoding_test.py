@@ -121,7 +121,7 @@ class Encoding(unittest.TestCase):
             for settings, options in (({"spacing": (2, 0.5, 0.25)}, []), ({}, []), ({"overviews": "auto"}, ["--overviews", "auto"]),
                                       ({"overviews": "none"}, ["--overviews", "none"]), ({"overviews": ()}, ["--overviews", "none"]),
                                       ({"overviews": [4]}, ["--overviews", "4"]), ({"overviews": np.array([4, 16, 64])}, ["--overviews", "4,16,64"])):
-                (self.folder / "v.nrrd").write_bytes(scans.nrrd(samples, "spacings: 0.25 0.5 2\n" if "spacing" in settings else ""))
+                (self.folder / "v.nrrd").write_bytes(scans.nrrd(samples, "spacings: 0.25 0.5 2.0\n" if "spacing" in settings else ""))
                 subprocess.run([PROGRAM, "encode", self.folder / "v.nrrd", "--max-error", "2", "--strip", *options, *scale[dtype], "-q", "-f",
                                 "-o", self.folder / "v.tag"], check=True)
                 data = (self.folder / "v.tag").read_bytes()
