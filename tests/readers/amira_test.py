@@ -1,7 +1,4 @@
-"""AmiraMesh files of Amira and Avizo, made by the description of the format.
-
-    amira_test.py PROGRAM
-"""
+"""AmiraMesh files of Amira and Avizo, made by the description of the format."""
 
 import unittest
 import zlib

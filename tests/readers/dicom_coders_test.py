@@ -1,7 +1,4 @@
-"""DICOM: High-Throughput JPEG 2000 and JPEG XL, in streams of encoders that this project does not use.
-
-    dicom_coders_test.py PROGRAM
-"""
+"""DICOM: High-Throughput JPEG 2000 and JPEG XL, in streams of encoders that this project does not use."""
 
 import re
 import shutil

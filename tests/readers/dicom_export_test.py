@@ -1,7 +1,4 @@
-"""DICOM series that leave an archive as images of their own, as pydicom, DCMTK and dciodvfy see them.
-
-    dicom_export_test.py PROGRAM
-"""
+"""DICOM series that leave an archive as images of their own, as pydicom, DCMTK and dciodvfy see them."""
 
 import shutil
 import signal

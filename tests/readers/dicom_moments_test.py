@@ -1,6 +1,4 @@
 """Several images of DICOM at one place: volumes to choose from, each told from the others, or an error that names the files.
-
-    dicom_moments_test.py PROGRAM
 """
 
 import itertools

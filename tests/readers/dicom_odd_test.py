@@ -1,7 +1,4 @@
-"""DICOM files that say something else than they should: read as other people's readers do, or refused, never misread.
-
-    dicom_odd_test.py PROGRAM
-"""
+"""DICOM files that say something else than they should: read as other people's readers do, or refused, never misread."""
 
 import pathlib
 import re

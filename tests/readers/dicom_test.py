@@ -1,7 +1,4 @@
-"""DICOM: series that pydicom writes, in all transfer syntaxes that other people's tools make, and files that others made.
-
-    dicom_test.py PROGRAM
-"""
+"""DICOM: series that pydicom writes, in all transfer syntaxes that other people's tools make, and files that others made."""
 
 import json
 import pathlib

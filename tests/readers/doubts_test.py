@@ -1,7 +1,4 @@
-"""What encode was in doubt about is in the .tag file, and nothing is said of values that nobody knows.
-
-    doubts_test.py PROGRAM
-"""
+"""What encode was in doubt about is in the .tag file, and nothing is said of values that nobody knows."""
 
 import shutil
 import subprocess

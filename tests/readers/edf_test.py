@@ -1,7 +1,4 @@
-"""EDF files of the ESRF: those of Python's fabio, and headers made by the description of the format.
-
-    edf_test.py PROGRAM
-"""
+"""EDF files of the ESRF: those of Python's fabio, and headers made by the description of the format."""
 
 import unittest
 

@@ -1,7 +1,4 @@
-"""Archives of small series: how often files are opened, made durable, and readers started, as strace counts it.
-
-    effort_test.py PROGRAM
-"""
+"""Archives of small series: how often files are opened, made durable, and readers started, as strace counts it."""
 
 import collections
 import re

@@ -1,7 +1,4 @@
-"""convert --find: each volume of a disk once, under a name that stays, and a word on everything else.
-
-    find_test.py PROGRAM
-"""
+"""convert --find: each volume of a disk once, under a name that stays, and a word on everything else."""
 
 import importlib
 import itertools

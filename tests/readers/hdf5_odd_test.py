@@ -1,6 +1,4 @@
 """HDF5 files that are odd: what cannot be read is not what is absent, and what leads nowhere is said by name. h5py judges.
-
-    hdf5_odd_test.py PROGRAM
 """
 
 import os

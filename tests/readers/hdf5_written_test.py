@@ -1,7 +1,4 @@
-"""HDF5 and VTKHDF that decode writes: h5py reads them, and tagrid reads them again.
-
-    hdf5_written_test.py PROGRAM
-"""
+"""HDF5 and VTKHDF that decode writes: h5py reads them, and tagrid reads them again."""
 
 import itertools
 import json

@@ -1,7 +1,4 @@
-"""MRC maps: those of Python's mrcfile, and headers made by the description of MRC2014 and by that of IMOD.
-
-    mrc_test.py PROGRAM
-"""
+"""MRC maps: those of Python's mrcfile, and headers made by the description of MRC2014 and by that of IMOD."""
 
 import struct
 import unittest

@@ -1,7 +1,4 @@
-"""NeXus: signals and axes of files that h5py writes.
-
-    nexus_test.py PROGRAM
-"""
+"""NeXus: signals and axes of files that h5py writes."""
 
 import unittest
 

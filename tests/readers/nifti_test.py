@@ -1,7 +1,4 @@
-"""NIfTI: samples and geometry are those that nibabel writes and reads.
-
-    nifti_test.py PROGRAM
-"""
+"""NIfTI: samples and geometry are those that nibabel writes and reads."""
 
 import gzip
 import itertools

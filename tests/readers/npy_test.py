@@ -1,7 +1,4 @@
-"""NumPy's .npy files: arrays that numpy saved, and arrays that numpy loads.
-
-    npy_test.py PROGRAM
-"""
+"""NumPy's .npy files: arrays that numpy saved, and arrays that numpy loads."""
 
 import io
 import struct

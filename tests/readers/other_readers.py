@@ -1,7 +1,7 @@
 """What the tests of readers share: volumes go through tagrid and come back as arrays of NumPy.
 
 Files are written and read by other people's libraries, so that tagrid agrees with them, not with itself. A test whose
-library is missing says so and passes.
+library is missing says so and passes. The program is the argument of each test.
 """
 
 import importlib

@@ -1,7 +1,5 @@
 """Files whose samples are compressed come back as the same data set, uncompressed, with all their tags and attributes.
 
-    plain_forms_test.py PROGRAM
-
 What comes back is read by other people's libraries. See restored_test.py for NRRD, NIfTI and MetaImage in gzip and for JPEG in DICOM.
 """
 

@@ -1,9 +1,6 @@
 """Source files come back byte for byte, or it is said which do not, and why.
 
-    restored_test.py PROGRAM
-
-The tests of all formats restore what they encode, too: see ReaderTest.encoded().
-"""
+The tests of all formats restore what they encode, too: see ReaderTest.encoded()."""
 
 import gzip
 import json

@@ -1,7 +1,4 @@
-"""Names of volumes in one series or folder: each means the same volume, whatever else comes or goes.
-
-    series_names_test.py PROGRAM
-"""
+"""Names of volumes in one series or folder: each means the same volume, whatever else comes or goes."""
 
 import itertools
 import json

@@ -1,7 +1,4 @@
-"""TIFF: the samples are those that tifffile wrote, whatever the layout of the file.
-
-    tiff_test.py PROGRAM
-"""
+"""TIFF: the samples are those that tifffile wrote, whatever the layout of the file."""
 
 import itertools
 import os

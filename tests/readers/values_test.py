@@ -1,7 +1,4 @@
-"""What decode writes opens elsewhere as the values that it means: HU in other people's programs.
-
-    values_test.py PROGRAM
-"""
+"""What decode writes opens elsewhere as the values that it means: HU in other people's programs."""
 
 import itertools
 import json

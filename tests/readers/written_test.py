@@ -1,7 +1,4 @@
-"""What decode writes: other people's libraries read the same samples and the same geometry, and tagrid reads them again.
-
-    written_test.py PROGRAM
-"""
+"""What decode writes: other people's libraries read the same samples and the same geometry, and tagrid reads them again."""
 
 import itertools
 import os

@@ -1,8 +1,5 @@
 """Files on servers are read as files of this machine are, in few requests; and a server that misbehaves is an error that
-says so, after which nothing is left.
-
-    addresses_test.py TAGRID
-"""
+says so, after which nothing is left."""
 
 import hashlib
 import hmac

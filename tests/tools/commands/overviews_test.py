@@ -1,7 +1,4 @@
-"""Overviews are the means of blocks, however a volume is encoded: an oracle computes them from the whole volume.
-
-    overviews_test.py TAGRID
-"""
+"""Overviews are the means of blocks, however a volume is encoded: an oracle computes them from the whole volume."""
 
 import json
 import shutil

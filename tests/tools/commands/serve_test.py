@@ -1,10 +1,7 @@
 """`tagrid serve` gives volumes as OME-Zarr to programs of this machine that know the address, and to no page unless it
 is named.
 
-    serve_test.py PROGRAM
-
-zarrita is looked for as tests/readers/zarr_written_test.py does.
-"""
+zarrita is looked for as tests/readers/zarr_written_test.py does."""
 
 import html
 import json

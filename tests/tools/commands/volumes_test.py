@@ -1,7 +1,4 @@
-"""Files of several volumes: numpy and the bytes of NIfTI files say what is in them.
-
-    volumes_test.py TAGRID
-"""
+"""Files of several volumes: numpy and the bytes of NIfTI files say what is in them."""
 
 import gzip
 import json
