@@ -7,6 +7,8 @@ import unittest
 import numpy as np
 import tagrid
 
+from volumes import module
+
 SHAPE = (40, 36, 44)
 RADIUS, MIDDLE = 13.0, np.array([20.0, 18.0, 21.0])  # z, y, x in voxels of 1 x 1 x 1
 
@@ -102,10 +104,7 @@ class Materials(unittest.TestCase):
         self.assertEqual(len(seen), 1)
 
     def test_meshio_has_sets(self):
-        try:
-            import meshio  # noqa: F401
-        except ImportError:
-            self.skipTest("meshio is not installed")
+        module("meshio")
         for order in (1, 2):
             mesh = self.volume.mesh(materials=self.named, size=3, order=order)
             other = mesh.meshio()

@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import tagrid
 
-from volumes import blobs
+from volumes import blobs, module
 
 SHAPE = (18, 21, 24)
 AFFINE = np.array([[0, 0.5, 0, 3], [-0.25, 0, 0, -4], [0, 0, 2, 5.5], [0, 0, 0, 1.0]])
@@ -109,10 +109,7 @@ class Meshes(unittest.TestCase):
             self.volume.surface(600)
 
     def test_meshio_takes_them(self):
-        try:
-            import meshio
-        except ImportError:
-            self.skipTest("there is no meshio")
+        meshio = module("meshio")
         mesh = meshio.Mesh(self.mesh.points, {"tetra": self.mesh.cells}, point_data={"value": self.mesh.values},
                            cell_data={"level": [self.mesh.levels]})
         self.assertEqual(len(mesh.cells_dict["tetra"]), len(self.mesh.cells))

@@ -14,7 +14,7 @@ import numpy as np
 import tagrid
 import tagrid.napari
 
-from volumes import blobs, temporary_folder
+from volumes import blobs, module, temporary_folder
 
 sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import scans
@@ -135,11 +135,7 @@ class Manifest(unittest.TestCase):
     path = pathlib.Path(tagrid.__file__).parent / "napari.yaml"
 
     def test_it_has_what_napari_documents(self):
-        try:
-            import yaml
-        except ImportError:
-            self.skipTest("there is no yaml (python3-yaml)")
-        manifest = yaml.safe_load(self.path.read_text())
+        manifest = module("yaml").safe_load(self.path.read_text())
         self.assertEqual(set(manifest), {"name", "display_name", "schema_version", "contributions"})
         self.assertEqual(manifest["name"], "tagrid")  # that of the package
         self.assertGreaterEqual(len(manifest["display_name"]), 3)
@@ -151,11 +147,7 @@ class Manifest(unittest.TestCase):
                          [{"command": command["id"], "filename_patterns": ["*.tag"], "accepts_directories": False}])
 
     def test_npe2_reads_it(self):
-        try:
-            from npe2 import PluginManifest
-        except ImportError:
-            self.skipTest("there is no npe2 (python3-npe2 of Debian 13)")
-        manifest = PluginManifest.from_file(self.path)
+        manifest = module("npe2").PluginManifest.from_file(self.path)
         manifest.validate_imports()
 
 

@@ -16,7 +16,7 @@ import unittest
 import numpy as np
 import tagrid
 
-from volumes import TYPES, blobs, in_threads
+from volumes import TYPES, blobs, in_threads, module
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "format"))
 from forged import Forged, of_version_6  # noqa: E402
@@ -107,11 +107,7 @@ class Opening(unittest.TestCase):
         file.seek(0)
 
     def test_a_file_on_a_server_is_read_through_fsspec(self):
-        try:
-            import aiohttp  # noqa: F401
-            import fsspec
-        except ImportError as missing:
-            self.skipTest(f"{missing} (python3-fsspec, python3-aiohttp)")
+        fsspec, _ = module("fsspec"), module("aiohttp")
         sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tools" / "commands"))
         from web_server import WebServer, page
 

@@ -1,8 +1,10 @@
-"""What the tests of the Python package share: volumes, a source in memory, a directory, threads."""
+"""What the tests of the Python package share: volumes, a source in memory, a directory, threads, libraries."""
 
+import importlib
 import pathlib
 import tempfile
 import threading
+import unittest
 
 import numpy as np
 
@@ -32,6 +34,14 @@ class Source:
         self.reads += 1
         self.bytes += size
         return self.data[offset:offset + size]
+
+
+def module(name):
+    """A module that a test needs; without it, the test is skipped."""
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        raise unittest.SkipTest(f"there is no {name.split('.')[0]}") from None
 
 
 def temporary_folder(test):

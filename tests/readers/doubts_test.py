@@ -110,6 +110,21 @@ class Doubts(ReaderTest):
         self.assertEqual(*made)
         self.assert_refused(64, "give --coarsen as well", "mesh", "a.tag", "--samples", "-o", "c.vtu")
 
+    def test_a_spacing_that_is_unknown_is_said_when_it_becomes_1(self):
+        tifffile.imwrite(self.folder / "a.tif", self.samples(), photometric="minisblack")
+        self.run_ok("encode", "a.tif", "-o", "a.tag")
+        self.assertIsNone(self.info("a.tag")["geometry"]["spacing"])
+        for output in ("b.nii", "b.nii.gz", "b.mha", "b.mhd", "b.vti", "b.vtkhdf", "b.vdb"):
+            run = self.tagrid("decode", "a.tag", "-o", output)
+            if output == "b.vdb" and "not installed" in run.stderr:
+                print("not tried: there is no writer of OpenVDB on this machine")
+                continue
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertIn("a spacing is unknown", run.stderr, output)
+        self.assertEqual(nibabel.load(self.folder / "b.nii").header.get_zooms(), (1, 1, 1))
+        for output in ("b.nrrd", "b.h5"):
+            self.assertEqual(self.run_ok("decode", "a.tag", "-o", output), "")
+
     def test_ends_of_axes_give_the_spacing_that_teem_gives_them(self):
         shape = (8, 30, 40)
         for centers, spacing, origin in (("", (1, 2, 3), (10.5, 21, 31.5)), ("centers: cell ??? cell\n", (1, 2, 3), (10.5, 21, 31.5)),

@@ -170,6 +170,17 @@ class Overviews(ProgramTest):
         numpy.testing.assert_array_equal(part, means(volume, 4)[7:8, :, 1:3])
         self.tagrid("decode", "a.tag", "--overview", "4", "--region", "7:51,:,:", "-o", "part2.raw", code=64)
 
+    def test_blocks_lie_where_their_middles_are(self):
+        (self.folder / "v.nrrd").write_bytes(
+            b"NRRD0005\ntype: uint8\ndimension: 3\nsizes: 6 5 9\nencoding: raw\nspace: left-posterior-superior\n"
+            b"space directions: (0.5,0,0) (0,0,2) (0,3,0)\nspace origin: (1,2,3)\n\n" + bytes(6 * 5 * 9))
+        self.tagrid("encode", "v.nrrd", "--overviews", "4", "-q", "-o", "v.tag")
+        self.tagrid("decode", "v.tag", "--overview", "4", "-q", "-o", "level.nrrd")
+        header = (self.folder / "level.nrrd").read_bytes().split(b"\n\n")[0].decode()
+        self.assertIn("space directions: (2,0,0) (0,0,8) (0,12,0)", header)
+        self.assertIn("space origin: (1.75,6.5,6)", header)
+        self.assertIn("sizes: 2 2 3", header)
+
     def test_a_second_decoder_finds_the_same(self):
         if shutil.which("zstd") is None:
             self.skipTest("there is no zstd")
