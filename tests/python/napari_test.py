@@ -141,8 +141,8 @@ class Manifest(unittest.TestCase):
         self.assertGreaterEqual(len(manifest["display_name"]), 3)
         command, = manifest["contributions"]["commands"]
         self.assertTrue(command["id"].startswith("tagrid."))
-        module, _, function = command["python_name"].partition(":")
-        self.assertIs(getattr(sys.modules[module], function), tagrid.napari.get_reader)
+        place, _, function = command["python_name"].partition(":")
+        self.assertIs(getattr(sys.modules[place], function), tagrid.napari.get_reader)
         self.assertEqual(manifest["contributions"]["readers"],
                          [{"command": command["id"], "filename_patterns": ["*.tag"], "accepts_directories": False}])
 
