@@ -1,5 +1,5 @@
-"""Laws of the sources: what each includes and names, which files an option touches, which functions a brick passes, and that each
-room has tests."""
+"""Laws of the sources: what each includes and names, which files an option touches, which functions a brick passes, and
+that each room has tests."""
 
 import functools
 import pathlib

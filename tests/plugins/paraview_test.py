@@ -106,21 +106,25 @@ class ReadersTest(unittest.TestCase):
                 part = reader.GetOutputDataObject(0)
                 self.assertEqual(part.GetExtent(), extent)
                 x0, x1, y0, y1, z0, z1 = extent
-                numpy.testing.assert_array_equal(self.samples_of(part), self.volume[::step, ::step, ::step][z0:z1 + 1, y0:y1 + 1, x0:x1 + 1])
+                expected = self.volume[::step, ::step, ::step][z0:z1 + 1, y0:y1 + 1, x0:x1 + 1]
+                numpy.testing.assert_array_equal(self.samples_of(part), expected)
                 first = [step * low for low in (x0, y0, z0)]
-                numpy.testing.assert_allclose(self.place(part, (0, 0, 0)), (self.volume.affine @ [*first, 1])[:3], atol=1e-9)
+                place = (self.volume.affine @ [*first, 1])[:3]
+                numpy.testing.assert_allclose(self.place(part, (0, 0, 0)), place, atol=1e-9)
 
     def test_a_volume_that_is_no_image_is_one_with_straight_slices_and_a_warning(self):
         tilted = numpy.array([[0.5, 0, 0, 1], [0, 0.5, 1, 2], [0, 0, 2, 3], [0, 0, 0, 1]])
         uneven = [[0, 0, z] for z in (0, 1, 2, 7, 9)]
-        for name, affine, positions, words in (("e.tag", tilted, None, "slices are shifted against each other"),
-                                               ("f.tag", numpy.diag([1.0, 1, 2, 1]), uneven, "slices lie at unequal distances")):
+        for name, affine, positions, words in (
+                ("e.tag", tilted, None, "slices are shifted against each other"),
+                ("f.tag", numpy.diag([1.0, 1, 2, 1]), uneven, "slices lie at unequal distances")):
             path, samples = self.encoded(name, affine, positions)
             image, said = self.read(TagridImage(), path)
             numpy.testing.assert_array_equal(self.samples_of(image), samples)
             self.assertEqual(said.count(f"{name}: {words}"), 1, said)
             self.assertIn("TagridStructuredGrid", said)
-            numpy.testing.assert_array_equal([image.GetDirectionMatrix().GetElement(i // 3, i % 3) for i in range(9)], numpy.eye(3).ravel())
+            directions = [image.GetDirectionMatrix().GetElement(i // 3, i % 3) for i in range(9)]
+            numpy.testing.assert_array_equal(directions, numpy.eye(3).ravel())
             if positions is None:
                 self.assertEqual((image.GetOrigin(), image.GetSpacing()), ((1, 2, 3), (0.5, 0.5, 2)))
 

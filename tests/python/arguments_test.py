@@ -77,6 +77,11 @@ class Arguments(unittest.TestCase):
                  ((0, 1, 2),) * 3]
         for region in wrong:
             self.refused(tagrid.ArgumentError, "a region is ((z0, z1), (y0, y1), (x0, x1))|volume[z0:z1, y0:y1, x0:x1]", read, region)
+        # Those that are not in the volume.
+        for pair in ((0, 21), (-1, 3), (3, 3), (2**70, 2**71)):
+            with self.subTest(pair), self.assertRaises((tagrid.ArgumentError, TypeError)):
+                read((pair, (0, 1), (0, 1)))
+        self.assertRaises(tagrid.ArgumentError, read, threads=-1)
         for step in (0, -1, 2.0, "2", None, (1, 2), (1, 2, 0), (1, 2, 1.5)):
             self.refused(tagrid.ArgumentError, "a step is a whole number of at least 1, or three (z, y, x)", read, step=step)
         for region, step in [(np.array([[1, 5], [2, 6], [3, 7]]), np.int64(2)), ([[1, 5], [2, 6], [3, 7]], np.array([2, 2, 2]))]:

@@ -48,8 +48,9 @@ class Encoding(unittest.TestCase):
         noisy = (np.linspace(0, 900, 64 * 50 * 40).reshape(64, 50, 40)
                  + np.random.default_rng(1).normal(0, 10, (64, 50, 40))).astype(np.int16)
         span = int(noisy.max()) - int(noisy.min())
-        for settings, low, high in (({"max_error": "noise:2"}, 18, 22), ({"relative_error": 0.05}, span // 20, span // 20),
-                                    ({"psnr": 50}, 1, span), ({"psnr": 50, "max_error": 6}, 1, 6), ({"ratio": 8}, 1, span), ({"bits": 2}, 1, span)):
+        for settings, low, high in (
+                ({"max_error": "noise:2"}, 18, 22), ({"relative_error": 0.05}, span // 20, span // 20), ({"psnr": 50}, 1, span),
+                ({"psnr": 50, "max_error": 6}, 1, 6), ({"ratio": 8}, 1, span), ({"bits": 2}, 1, span)):
             data = tagrid.encode(noisy, **settings)
             self.assertEqual(tagrid.encode(Loaded(noisy, (16, 50, 40)), **settings), data)
             with tagrid.open(data) as volume:
@@ -118,17 +119,21 @@ class Encoding(unittest.TestCase):
         scale = {"float32": ["--range", "-200:200"], "int16": []}
         for dtype in ("int16", "float32"):
             samples = blobs((9, 10, 530), dtype)
-            for settings, options in (({"spacing": (2, 0.5, 0.25)}, []), ({}, []), ({"overviews": "auto"}, ["--overviews", "auto"]),
-                                      ({"overviews": "none"}, ["--overviews", "none"]), ({"overviews": ()}, ["--overviews", "none"]),
-                                      ({"overviews": [4]}, ["--overviews", "4"]), ({"overviews": np.array([4, 16, 64])}, ["--overviews", "4,16,64"])):
-                (self.folder / "v.nrrd").write_bytes(scans.nrrd(samples, "spacings: 0.25 0.5 2.0\n" if "spacing" in settings else ""))
-                subprocess.run([PROGRAM, "encode", self.folder / "v.nrrd", "--max-error", "2", "--strip", *options, *scale[dtype], "-q", "-f",
-                                "-o", self.folder / "v.tag"], check=True)
+            for settings, options in (
+                    ({"spacing": (2, 0.5, 0.25)}, []), ({}, []), ({"overviews": "auto"}, ["--overviews", "auto"]),
+                    ({"overviews": "none"}, ["--overviews", "none"]), ({"overviews": ()}, ["--overviews", "none"]),
+                    ({"overviews": [4]}, ["--overviews", "4"]),
+                    ({"overviews": np.array([4, 16, 64])}, ["--overviews", "4,16,64"])):
+                fields = "spacings: 0.25 0.5 2.0\n" if "spacing" in settings else ""
+                (self.folder / "v.nrrd").write_bytes(scans.nrrd(samples, fields))
+                subprocess.run([PROGRAM, "encode", self.folder / "v.nrrd", "--max-error", "2", "--strip", *options,
+                                *scale[dtype], "-q", "-f", "-o", self.folder / "v.tag"], check=True)
                 data = (self.folder / "v.tag").read_bytes()
                 if scale[dtype]:
                     settings = settings | {"value_range": (-200, 200)}
                 for threads in (1, 3):
-                    self.assertEqual(tagrid.encode(samples, max_error=2, threads=threads, **settings), data, (dtype, options))
+                    found = tagrid.encode(samples, max_error=2, threads=threads, **settings)
+                    self.assertEqual(found, data, (dtype, options))
                 tagrid.encode(samples, self.folder / "w.tag", max_error=2, **settings)
                 self.assertEqual(data, (self.folder / "w.tag").read_bytes())
 

@@ -145,11 +145,12 @@ class Opening(unittest.TestCase):
         path = pathlib.Path(__file__).parents[1] / "golden/1.0/volumes_bounded_int16.tag"
         first = tagrid.open(path)
         self.assertEqual((first.volumes, tagrid.open(self.bytes).volumes), (3, 1))
-        for volume, number, error, words in ((first, 3, tagrid.ArgumentError, "has no volume 3; it has 3 volumes, 0 to 2$"),
-                                             (first, -1, tagrid.ArgumentError, "has no volume -1; it has 3 volumes, 0 to 2$"),
-                                             (tagrid.open(self.bytes), 1, tagrid.ArgumentError, "has no volume 1; it has only volume 0$"),
-                                             (first, "1", TypeError, "the number of a volume must be a whole number, not '1'"),
-                                             (first, 1.0, TypeError, "the number of a volume must be a whole number, not 1.0")):
+        for volume, number, error, words in (
+                (first, 3, tagrid.ArgumentError, "has no volume 3; it has 3 volumes, 0 to 2$"),
+                (first, -1, tagrid.ArgumentError, "has no volume -1; it has 3 volumes, 0 to 2$"),
+                (tagrid.open(self.bytes), 1, tagrid.ArgumentError, "has no volume 1; it has only volume 0$"),
+                (first, "1", TypeError, "the number of a volume must be a whole number, not '1'"),
+                (first, 1.0, TypeError, "the number of a volume must be a whole number, not 1.0")):
             self.assertRaisesRegex(error, words, volume.volume, number)
         one, two = (np.asarray(first.volume(number)) for number in (1, 2))
         np.testing.assert_array_equal(np.asarray(first.volume(0)), np.asarray(first))
@@ -164,7 +165,8 @@ class Opening(unittest.TestCase):
         for volume in (again, first):
             volume.verify()
         for several in (path, first):
-            self.assertRaisesRegex(tagrid.ArgumentError, "holds 3 volumes, and Python writes one", tagrid.encode, several)
+            self.assertRaisesRegex(tagrid.ArgumentError, "holds 3 volumes, and Python writes one", tagrid.encode,
+                                   several)
 
     def test_other_sources_are_a_TypeError(self):
         for source in (3, None, [1], object(), io.StringIO("text"), np.zeros(3)):

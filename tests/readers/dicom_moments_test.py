@@ -97,20 +97,23 @@ class DicomMoments(ReaderTest):
         self.assertIn("begins with 1.dcm", self.choices("t")[1][1])
 
     def save_enhanced(self, truth, of_frame):
-        """Frames [moment, z]; of_frame(moment) has values of what tells them apart, and the sequence that they are in."""
+        """Frames [moment, z]; of_frame(moment, z) has what tells them apart, by the sequence that it is in."""
         frames = []
         for moment, z in itertools.product(*map(range, truth.shape[:2])):
             groups = {"PlanePositionSequence": sequence(ImagePositionPatient=[0, 0, 2 * z])}
             frames.append(groups | {name: sequence(**values) for name, values in of_frame(moment, z).items()})
-        self.save("a.dcm", enhanced(truth.reshape(-1, *truth.shape[2:]), frames, SOPClassUID="1.2.840.10008.5.1.4.1.1.4.1"))
+        samples = truth.reshape(-1, *truth.shape[2:])
+        self.save("a.dcm", enhanced(samples, frames, SOPClassUID="1.2.840.10008.5.1.4.1.1.4.1"))
 
     def test_frames_of_one_file_are_volumes_too(self):
         images = volume(shape=(2, 3, 5, 6))
         for of_frame, word in (
-                (lambda m, z: {"FrameContentSequence": {"DimensionIndexValues": [z + 1, m + 1]}}, "DimensionIndexValues, the second 1"),
+                (lambda m, z: {"FrameContentSequence": {"DimensionIndexValues": [z + 1, m + 1]}},
+                 "DimensionIndexValues, the second 1"),
                 (lambda m, z: {"MREchoSequence": {"EffectiveEchoTime": 2.5 + m}}, "EffectiveEchoTime 2.5"),
                 (lambda m, z: {"MRDiffusionSequence": {"DiffusionBValue": 500.0 * m}}, "DiffusionBValue 0"),
-                (lambda m, z: {"SegmentIdentificationSequence": {"ReferencedSegmentNumber": m + 1}}, "ReferencedSegmentNumber 1")):
+                (lambda m, z: {"SegmentIdentificationSequence": {"ReferencedSegmentNumber": m + 1}},
+                 "ReferencedSegmentNumber 1")):
             self.save_enhanced(images, of_frame)
             choices = self.choices("a.dcm")
             self.assertIn(word, choices[0][1])
@@ -301,13 +304,16 @@ class Interleaved(ReaderTest):
 
     def test_frames_of_enhanced_files(self):
         images = volume(shape=(2, 4, 5, 6))
-        cases = {"StackID": lambda g, z: {"FrameContentSequence": sequence(StackID=str(g + 1), InStackPositionNumber=z + 1)},
-                 "TemporalPositionIndex": lambda g, z: {"FrameContentSequence": sequence(TemporalPositionIndex=g + 1, StackID="1", InStackPositionNumber=z + 1)},
-                 "KVP": lambda g, z: {"CTXRayDetailsSequence": sequence(KVP=80 + 60 * g)},
-                 "ContrastBolusAgentAdministered": lambda g, z: {"ContrastBolusUsageSequence": sequence(ContrastBolusAgentAdministered=("NO", "YES")[g])},
-                 "NominalPercentageOfCardiacPhase": lambda g, z: {"CardiacSynchronizationSequence": sequence(NominalPercentageOfCardiacPhase=40.0 * g)}}
-        for name, of_frame in cases.items():
-            frames = [{"PlanePositionSequence": sequence(ImagePositionPatient=[0, 0, 2 * z + g])} | of_frame(g, z)
+        for group, name, of_frame in (
+                ("FrameContentSequence", "StackID", lambda g, z: {"StackID": str(g + 1), "InStackPositionNumber": z + 1}),
+                ("FrameContentSequence", "TemporalPositionIndex",
+                 lambda g, z: {"TemporalPositionIndex": g + 1, "StackID": "1", "InStackPositionNumber": z + 1}),
+                ("CTXRayDetailsSequence", "KVP", lambda g, z: {"KVP": 80 + 60 * g}),
+                ("ContrastBolusUsageSequence", "ContrastBolusAgentAdministered",
+                 lambda g, z: {"ContrastBolusAgentAdministered": ("NO", "YES")[g]}),
+                ("CardiacSynchronizationSequence", "NominalPercentageOfCardiacPhase",
+                 lambda g, z: {"NominalPercentageOfCardiacPhase": 40.0 * g})):
+            frames = [{"PlanePositionSequence": sequence(ImagePositionPatient=[0, 0, 2 * z + g]), group: sequence(**of_frame(g, z))}
                       for g in range(2) for z in range(4)]
             file = enhanced(images.reshape(8, 5, 6), frames, thickness=2)
             self.save(f"{name}.dcm", file)

@@ -9,7 +9,7 @@ import time
 import unittest
 
 from other_readers import IS_SANITIZED, PROGRAM, ReaderTest, main, numpy, pydicom
-from scans import data_set
+from scans import data_set, write_series
 
 SERIES, SLICES = 6, 5
 CALLS = "open,openat,execve,fsync,fdatasync"
@@ -29,12 +29,8 @@ def can_trace():
 class Effort(ReaderTest):
     def write_series(self, folder_of):
         for series in range(SERIES):
-            folder = self.folder / folder_of(series)
-            folder.mkdir(parents=True, exist_ok=True)
             samples = numpy.random.default_rng(series).integers(0, 4096, (SLICES, 32, 32))
-            for z, slice in enumerate(samples):
-                file = data_set(slice, series=f"1.2.3.{series}", instance=f"1.2.3.{series}.{z}", number=z, position=(0, 0, z))
-                file.save_as(folder / f"s{series}z{z}.dcm", write_like_original=False)
+            write_series(self.folder / folder_of(series), samples, names=f"s{series}z{{}}.dcm", series=f"1.2.3.{series}")
         time.sleep(4.5)  # what changed a moment ago may change once more
 
     def traced(self, *arguments):

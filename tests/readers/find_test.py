@@ -9,29 +9,20 @@ import shutil
 import subprocess
 import unittest
 
-from other_readers import PROGRAM, ReaderTest, h5py, main, nibabel, numpy, pydicom, tifffile
+from other_readers import PROGRAM, ArchiveTest, h5py, main, nibabel, numpy, pydicom, tifffile
 from scans import data_set
 
 
 @unittest.skipIf(None in (numpy, nibabel, pydicom, tifffile, h5py), "libraries are missing")
-class Find(ReaderTest):
-    def volume(self, seed, shape=(4, 9, 11)):
-        return numpy.random.default_rng(seed).integers(0, 4000, shape, "uint16")
-
-    def path(self, name):
-        path = self.folder / "a" / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return path
+class Find(ArchiveTest):
+    archive = "a"
 
     def nrrd(self, name, seed=1):
         self.write_nrrd(self.path(name), self.volume(seed))
 
     def dicom(self, folder, uid, seed, slices=4):
-        for z, slice in enumerate(self.volume(seed, (slices, 9, 11))):
-            file = data_set(slice, series=uid, instance=f"{uid}.{z}", position=(0, 0, z), RescaleIntercept=0)
-            file.StudyDate, file.StudyTime, file.StudyID = "20200101", "120000", "1"
-            file.SeriesNumber = 1
-            self.save(self.path(f"{folder}/{uid}-{z}.dcm"), file)
+        self.write_dicom(f"{folder}/{uid}-{{}}.dcm", uid, self.volume(seed, (slices, 9, 11)), StudyDate="20200101", StudyTime="120000",
+                         StudyID="1", SeriesNumber=1)
 
     def find(self, *options):
         """The output of each line, with the rest of the line; and all comments. Of names of series, the UIDs alone."""
@@ -158,7 +149,7 @@ class Find(ReaderTest):
         self.assertLess(set(before), set(after))
         self.assertEqual({name: after[name] for name in before}, before)
         self.convert("-q", "--skip-done")
-        records = [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()]
+        records = self.records()
         self.assertEqual([record["status"] for record in records].count("ok"), len(after))
         self.assertEqual([record["status"] for record in records].count("skipped"), 2 * len(before))
 
@@ -173,7 +164,7 @@ class Find(ReaderTest):
         self.assertEqual(before[:2], [other, one])
         self.assertRegex(before[2], f"^{re.escape(other)}-[0-9a-f]{{8}}$")
         self.convert("-q")
-        records = self.results()
+        records = self.records()
         self.nrrd(one, 7)
         self.find()
         self.assertEqual(self.outputs[:2] + self.outputs[3:], [one, other, before[2]])
@@ -183,15 +174,12 @@ class Find(ReaderTest):
         for options in (["--skip-done"], ["--remove-verified"]):
             run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", "-q", *options)
             self.assertEqual(run.returncode, 65, run.stderr)
-            record, = (record for record in self.results()[len(records):] if record["output"] == f"{one}.tag"
+            record, = (record for record in self.records()[len(records):] if record["output"] == f"{one}.tag"
                        and record["code"] != 0)
             self.assertRegex(record["error"], "is not known to be made from|is recorded as made from")
             self.assertTrue(self.path(one).exists())
             self.assertEqual((self.folder / "out" / f"{one}.tag").read_bytes(), tag)
-            records = self.results()
-
-    def results(self):
-        return [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()]
+            records = self.records()
 
     def test_names_of_outputs_differ_in_more_than_their_ending(self):
         with h5py.File(self.path("a.h5"), "w") as file:

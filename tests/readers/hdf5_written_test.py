@@ -253,8 +253,9 @@ class VtkhdfOfOthers(ReaderTest):
         self.assert_refused(65, 'holds "UnstructuredGrid", which is no volume', "encode", "a.vtkhdf")
 
     def test_what_makes_no_sense_gives_no_geometry(self):
-        for attributes, text in ((dict(Spacing=[1., 0, 1]), ""), (dict(Spacing=[1., numpy.nan, 1]), ""), (dict(WholeExtent=[0, 1, 0, 1, 0, 1]), ""),
-                                 (dict(Origin=[1.]), ""), (dict(Direction=[0.] * 9), ""), (dict(Spacing=numpy.bytes_("x")), ""),
+        for attributes, text in ((dict(Spacing=[1., 0, 1]), ""), (dict(Spacing=[1., numpy.nan, 1]), ""),
+                                 (dict(WholeExtent=[0, 1, 0, 1, 0, 1]), ""), (dict(Origin=[1.]), ""),
+                                 (dict(Direction=[0.] * 9), ""), (dict(Spacing=numpy.bytes_("x")), ""),
                                  (dict(Direction=[1., 0, 0]), 'is "1 0 0", which is not 9 numbers'), (dict(Direction="up"), 'is "up"'),
                                  (dict(Direction=[numpy.nan] * 9), "is"), (dict(Spacing="a b c"), 'is "a b c"')):
             truth = self.write(**attributes)

@@ -160,6 +160,10 @@ class ReaderTest(unittest.TestCase):
             (self.folder / name).unlink()
         shutil.rmtree(self.folder / "restored")
 
+    def records(self):
+        """Those of `convert` to the directory out."""
+        return [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_bytes().decode().splitlines()]
+
     def save(self, name, file):
         """Writes a data set of pydicom."""
         (self.folder / name).parent.mkdir(exist_ok=True)
@@ -179,3 +183,23 @@ class ReaderTest(unittest.TestCase):
         self.assertIn(text, run.stderr)
         self.assertTrue(run.stderr.startswith("tagrid: "), run.stderr)
         return run.stderr
+
+
+class ArchiveTest(ReaderTest):
+    """Volumes in a directory of which each test knows the name."""
+    archive = "archive"
+
+    def volume(self, seed, shape=(4, 9, 11)):
+        import numpy
+
+        return numpy.random.default_rng(seed).integers(0, 4000, shape, "uint16")
+
+    def path(self, name):
+        path = self.folder / self.archive / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return path
+
+    def write_dicom(self, name, uid, samples, **attributes):
+        """`name`: of a file, with {} for the number of its slice."""
+        path = self.path(name)
+        scans.write_series(path.parent, samples, names=path.name, series=uid, first=0, RescaleIntercept=0, **attributes)

@@ -13,7 +13,7 @@ import unittest
 import zlib
 
 from other_readers import PROGRAM, ReaderTest, main, nibabel, numpy, pydicom, unless_sanitized
-from scans import data_set
+from scans import data_set, write_series
 
 NRRD = b"NRRD0004\n# a comment \xff\ntype: %s\ndimension: 3\nsizes: 11 9 4\nendian: %s\nencoding: raw\nkey:=value\n\n"
 
@@ -121,12 +121,9 @@ class Restored(ReaderTest):
         self.assertIn("source files: identical except for samples\n", run.stdout)
 
     def test_a_grid_alone_stays_in_the_range_of_the_bits(self):
-        os.mkdir(self.folder / "s")
         z, y, x = numpy.mgrid[0:20, 0:24, 0:24]
         truth = numpy.where((x - 12) ** 2 + (y - 12) ** 2 + (z - 10) ** 2 < 50, 4095, 0).astype("uint16")
-        for z, slice in enumerate(truth):
-            data_set(slice, instance=f"1.2.{z}", position=(0, 0, z), BitsStored=12, HighBit=11,
-                     PixelRepresentation=0).save_as(self.folder / "s" / f"{z:02}.dcm", write_like_original=False)
+        write_series(self.folder / "s", truth, names="{:02}.dcm")
         self.ok("encode", "s", "-o", "a.tag", "--grid-only", "--max-error", "5")
         self.ok("restore", "a.tag", "-o", "r")
         for z, slice in enumerate(truth):
@@ -220,9 +217,9 @@ class Restored(ReaderTest):
         self.write("scan.change", self.volume())
         for old in ("scan.change.opened", "scan.tag", "new.change"):
             (self.folder / old).unlink(missing_ok=True)
-        run = subprocess.run([PROGRAM, "encode", self.folder / "scan.change", "-o", "scan.tag", *options], cwd=self.folder, text=True,
-                             stderr=subprocess.PIPE,
-                             env=os.environ | {"TAGRID_READER_PATH": str(self.folder), "TAGRID_CHANGE_AT": str(at), **environment})
+        environment |= {"TAGRID_READER_PATH": str(self.folder), "TAGRID_CHANGE_AT": str(at)}
+        run = subprocess.run([PROGRAM, "encode", self.folder / "scan.change", "-o", "scan.tag", *options], cwd=self.folder,
+                             text=True, stderr=subprocess.PIPE, env=os.environ | environment)
         if "--rm" in options:
             self.assertEqual((self.folder / "scan.change").exists(), run.returncode != 0, run.stderr)
         return run
@@ -293,7 +290,8 @@ def describe(path, opened):
         return {"answer": "error", "kind": "input", "message": folder + "/other.change: is damaged"}
     with open(folder + "/new.change", "wb") as file:
         file.write(bytes(198))
-    return WHOLE | {"dims": [11, 9, 5], "files": [path, folder + "/new.change"], "places": [{"slices": 4}, {"file": 1, "slices": 1}]}
+    return WHOLE | {"dims": [11, 9, 5], "files": [path, folder + "/new.change"],
+                    "places": [{"slices": 4}, {"file": 1, "slices": 1}]}
 """)
         for change, said in (("breaks", "/other.change: is damaged"), ("comes", "/new.change: became a file of ")):
             seen = set()

@@ -1,7 +1,6 @@
 """Names of volumes in one series or folder: each means the same volume, whatever else comes or goes."""
 
 import itertools
-import json
 import re
 import shutil
 import unittest
@@ -59,9 +58,6 @@ class SeriesNames(ReaderTest):
 
     def convert(self, *options):
         return self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", "-q", *options)
-
-    def records(self):
-        return [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()]
 
     def write_list(self, lines):
         (self.folder / "list.tsv").write_text("".join(line + "\n" for line in lines))

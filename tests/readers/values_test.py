@@ -163,8 +163,8 @@ class Values(ReaderTest):
         samples = stored("uint16", 0, 4000, (19, 33, 41))
         self.encode(samples, "rescale_slope:=1\nrescale_intercept:=-1024\n")
         truth = samples.astype(int) - 1024
-        formats = {"b.nrrd": "nrrd", "b.mha": "metaimage", "b.tif": "tiff", "b.vti": "vti", "b.raw": "raw", "b.vtkhdf": "vtkhdf", "b.h5": "hdf5", "b.nii": "nifti",
-                   "b.nii.gz": "nifti.gz"}
+        formats = {"b.nrrd": "nrrd", "b.mha": "metaimage", "b.tif": "tiff", "b.vti": "vti", "b.raw": "raw", "b.vtkhdf": "vtkhdf",
+                   "b.h5": "hdf5", "b.nii": "nifti", "b.nii.gz": "nifti.gz"}
         for (name, format), options in itertools.product(formats.items(), ((), ("--values",), ("--samples",))):
             self.decode(name, *options)
             expected = (self.folder / name).read_bytes()

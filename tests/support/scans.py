@@ -1,5 +1,5 @@
-"""Files of volumes as tests write them: DICOM by pydicom, NRRD, NIfTI and MetaImage by the descriptions of the formats. Arrays have
-the axes z, y, x."""
+"""Files of volumes as tests write them: DICOM by pydicom, NRRD, NIfTI and MetaImage by the descriptions of the formats.
+Arrays have the axes z, y, x."""
 
 import struct
 
@@ -106,7 +106,8 @@ def claim(path, syntax):
 def nrrd(samples, fields=""):
     """An attached file with further lines in its header."""
     type = {"float32": "float", "float64": "double"}.get(str(samples.dtype), samples.dtype)
-    header = f"NRRD0005\ntype: {type}\ndimension: 3\nsizes: {' '.join(map(str, samples.shape[::-1]))}\nencoding: raw\nendian: little\n"
+    sizes = " ".join(map(str, samples.shape[::-1]))
+    header = f"NRRD0005\ntype: {type}\ndimension: 3\nsizes: {sizes}\nencoding: raw\nendian: little\n"
     fields = fields if isinstance(fields, bytes) else fields.encode()
     return header.encode() + fields + b"\n" + samples.tobytes()
 
@@ -129,6 +130,7 @@ def nifti(samples, spacing=(1, 1, 1)):
 def meta_image(samples, fields=""):
     """A .mha file with further lines in its header."""
     types = {"uint8": "UCHAR", "int16": "SHORT", "uint16": "USHORT", "float32": "FLOAT"}
-    header = f"ObjectType = Image\nNDims = {samples.ndim}\nDimSize = {' '.join(map(str, samples.shape[::-1]))}\n{fields}" \
-             f"ElementType = MET_{types[str(samples.dtype)]}\nElementDataFile = LOCAL\n"
+    sizes = " ".join(map(str, samples.shape[::-1]))
+    header = (f"ObjectType = Image\nNDims = {samples.ndim}\nDimSize = {sizes}\n{fields}"
+              f"ElementType = MET_{types[str(samples.dtype)]}\nElementDataFile = LOCAL\n")
     return header.encode() + samples.tobytes()

@@ -53,9 +53,10 @@ def sources(folder):
 
 
 def write_dicom(folder, samples, patient, date, spacing):
-    scans.write_series(folder, samples, step=spacing[2], names="IM{:04}.dcm", series=pydicom.uid.generate_uid(), PatientName=patient,
-                       SpecificCharacterSet="ISO_IR 192", PatientID=f"ID-{patient[-3:]}", StudyDate=date, PixelSpacing=[spacing[1], spacing[0]],
-                       BitsStored=16, HighBit=15, PixelRepresentation=1)
+    scans.write_series(folder, samples, step=spacing[2], names="IM{:04}.dcm", series=pydicom.uid.generate_uid(),
+                       SpecificCharacterSet="ISO_IR 192", PatientName=patient, PatientID=f"ID-{patient[-3:]}",
+                       StudyDate=date, PixelSpacing=[spacing[1], spacing[0]], BitsStored=16, HighBit=15,
+                       PixelRepresentation=1)
 
 
 def write_nrrd(path, samples, spacing):

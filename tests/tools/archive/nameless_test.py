@@ -35,8 +35,8 @@ SECRETS = ["Zwiebelfisch", "Adelgunde", "Øresundsbro", "Þórbjörg", "Krummhö
 
 def write_dicom(folder, number, patient, date="20190506", slices=4):
     samples = numpy.random.default_rng(number).integers(0, 400, (slices, 12, 14))
-    scans.write_series(folder, samples, names="bild-{}.dcm", series=f"2.25.4711.{number}.1", StudyInstanceUID=f"2.25.4711.{number}",
-                       SpecificCharacterSet="ISO_IR 192", PatientName=patient[:64], PatientID=f"PID-77{number:02}",
+    scans.write_series(folder, samples, names="bild-{}.dcm", series=f"2.25.4711.{number}.1",
+                       StudyInstanceUID=f"2.25.4711.{number}", SpecificCharacterSet="ISO_IR 192", PatientName=patient[:64], PatientID=f"PID-77{number:02}",
                        PatientComments="Geheimnis der Akte", StudyDate=date)
 
 

@@ -26,9 +26,9 @@ INDEX = "archive.sqlite"
 
 def write_patient(folder, patient, number, date, seed):
     samples = numpy.random.default_rng(seed).integers(0, 900, (3, 10, 14))
-    scans.write_series(folder, samples, step=1.5, series=pydicom.uid.generate_uid(), PatientName=patient, PatientID=number, StudyDate=date,
-                       SpecificCharacterSet=["ISO_IR 192", "ISO_IR 100"][seed % 2], BodyPartExamined="KNEE", PixelSpacing=[0.5, 0.7],
-                       BitsStored=16, HighBit=15, PixelRepresentation=1)
+    scans.write_series(folder, samples, step=1.5, series=pydicom.uid.generate_uid(), StudyDate=date,
+                       SpecificCharacterSet=["ISO_IR 192", "ISO_IR 100"][seed % 2], PatientName=patient, PatientID=number,
+                       BodyPartExamined="KNEE", PixelSpacing=[0.5, 0.7], BitsStored=16, HighBit=15, PixelRepresentation=1)
 
 
 class Archive(ProgramTest):
