@@ -244,11 +244,6 @@ class Commands(unittest.TestCase):
         program = (ROOT / "examples/readers/tagrid-read-mgh").read_text()
         self.assertIn(f"\n```python\n{program}```\n", (ROOT / "docs/readers.md").read_text())
 
-    def test_a_command_that_does_not_work_is_found(self):
-        self.assertEqual(list(commands("```\ntagrid a |\n    tagrid b\nother\n```\n")), ["tagrid a | tagrid b"])
-        self.assertEqual(list(sessions("```\n$ a\nb\n$ { c\n  d; }\ne\n```\n")), [[["a", "b\n"], ["{ c\n  d; }", "e\n"]]])
-        self.assertNotEqual(self.run_in(self.folder, "tagrid info --nothing x").returncode, 0)
-
 
 if __name__ == "__main__":
     unittest.main()

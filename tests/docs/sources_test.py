@@ -1,4 +1,5 @@
-"""Laws of the sources: what each includes and names, which files an option touches, and that each room has tests."""
+"""Laws of the sources: what each includes and names, which files an option touches, which functions a brick passes, and
+that each room has tests."""
 
 import functools
 import pathlib
@@ -142,6 +143,61 @@ class OptionFiles(unittest.TestCase):
         self.assertLessEqual(len(listed), MOST)
         for folder in NOT_COUNTED:
             self.assertTrue(any(name.startswith(folder) for name in found), folder)
+
+
+# The tables of "Follow one brick" in docs/design.md name functions that are in their files, and counts that are right.
+
+MOST_FUNCTIONS = 25
+NAME = re.compile(r"`([^`]+)`")
+
+
+def section():
+    text = (ROOT / "docs" / "design.md").read_text()
+    return text.partition("\n## Follow one brick\n")[2].partition("\n## ")[0]
+
+
+def tables(text):
+    """Each table: the numbers of functions and of what is in between, as the line above it says, and its rows of cells."""
+    for head, body in re.findall(r"^\*\*(?:In|Out): ([^*]+)\*\*\n\n((?:\|.*\n)+)", text, re.M):
+        rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in body.splitlines()[2:]]
+        yield [int(number) for number in re.findall(r"\d+", head)], rows
+
+
+@functools.cache
+def names_in(path):
+    """What is called or defined in a file: functions, nodes of a flow graph, and lambdas that have a name."""
+    text = code(path) if path.is_file() else ""
+    return set(re.findall(r"\b(\w+)(?:<[\w:, ]*>)?\(", text)) | set(re.findall(r"\b(\w+) = \[", text))
+
+
+@functools.cache
+def names_anywhere():
+    return set().union(*(names_in(path) for _, path in sources(*LAYERS)))
+
+
+def wrong_rows(rows):
+    wrong = []
+    for function, file, _, through in rows:
+        name, path = NAME.findall(function)[0], NAME.findall(file)[0]
+        if name not in names_in(ROOT / path):
+            wrong.append(f"{name} is not in {path}")
+        wrong += [f"{other}, before {name}, is nowhere" for other in NAME.findall(through)
+                  if other not in names_anywhere()]
+    return wrong
+
+
+class FollowOneBrick(unittest.TestCase):
+    def test_every_function_is_in_its_file(self):
+        found = list(tables(section()))
+        self.assertEqual(len(found), 2)
+        for _, rows in found:
+            self.assertEqual(wrong_rows(rows), [])
+
+    def test_the_counts_are_those_of_the_tables(self):
+        for counts, rows in tables(section()):
+            between = sum(len(row[3].split(",")) for row in rows if row[3])
+            self.assertEqual(counts, [len(rows), between])
+            self.assertLessEqual(len(rows), MOST_FUNCTIONS)
 
 
 # tests/ mirrors the rooms of the sources: each room has tests of its own, or other tests stand for it.

@@ -59,30 +59,29 @@ class Recipes(unittest.TestCase):
         text = (ROOT / "tools/install_packages.sh").read_text()
         return set(re.search(r"^build=\(([^)]*)\)", text, re.MULTILINE)[1].split()) - TOOLS
 
-    def compare(self, index, found):
-        self.assertEqual(set(NAMES), self.needed(), "the names of a library in recipes are missing here")
-        self.assertEqual({names[index] for names in NAMES.values()} - {None} - found, set())
-
-    def test_conda_builds_with_every_library(self):
+    def conda(self):
         text = (PACKAGING / "conda/recipe/meta.yaml").read_text()
         self.assertIn(f'{{% set version = "{VERSION.replace("-rc.", "rc")}" %}}', text)
         # What Jinja does, as far as this recipe needs it.
         text = re.sub(r"\{%.*?%\}", "", text)
         text = re.sub(r"\{\{\W*(\w+)(?:\('(\w+)'\))?\W*\}\}", r"\1\2", text)
-        recipe = yaml(self).safe_load(text)
-        requirements = recipe["requirements"]
-        self.compare(0, {line.split()[0] for line in requirements["build"] + requirements["host"]})
+        requirements = yaml(self).safe_load(text)["requirements"]
+        return {line.split()[0] for line in requirements["build"] + requirements["host"]}
 
-    def test_spack_builds_with_every_library(self):
-        tree = ast.parse((PACKAGING / "spack/package.py").read_text())
-        calls = [node for node in ast.walk(tree)
+    def spack(self):
+        calls = [node for node in ast.walk(ast.parse((PACKAGING / "spack/package.py").read_text()))
                  if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "depends_on"]
-        self.compare(1, {re.match(r"[\w-]+", call.args[0].value)[0] for call in calls})
+        return {re.match(r"[\w-]+", call.args[0].value)[0] for call in calls}
 
-    def test_vcpkg_builds_with_every_library(self):
+    def vcpkg(self):
         port = json.loads((PACKAGING / "vcpkg/vcpkg.json").read_text())
         self.assertEqual(port["version-semver"], VERSION)
-        self.compare(2, {each if isinstance(each, str) else each["name"] for each in port["dependencies"]})
+        return {each if isinstance(each, str) else each["name"] for each in port["dependencies"]}
+
+    def test_recipes_build_with_every_library(self):
+        self.assertEqual(set(NAMES), self.needed(), "the names of a library in recipes are missing here")
+        for index, found in enumerate((self.vcpkg, self.spack, self.conda)[::-1]):
+            self.assertEqual({names[index] for names in NAMES.values()} - {None} - found(), set(), found.__name__)
 
     def test_options_that_recipes_set_exist(self):
         options = set(re.findall(r"(?:option|set)\((TAGRID_\w+)|find_program\((TAGRID_\w+)",

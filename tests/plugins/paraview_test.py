@@ -57,16 +57,15 @@ class ReadersTest(unittest.TestCase):
         cls.path = str(cls.folder / "a.tag")
         cls.volume = tagrid.open(cls.path)
 
-    def test_a_file_that_was_made_anew_is_read_anew(self):
-        path = str(self.folder / "anew.tag")
-        for shape in ((20, 20, 20), (20, 20, 30)):
-            tagrid.encode(numpy.ones(shape, "uint8"), path)
-            if shape[2] == 20:
-                reader = TagridImage()
-                reader.SetFileName(path)
+    def test_a_file_that_was_made_anew_or_named_anew_is_read_anew(self):
+        reader = TagridImage()
+        for name, shape in (("anew.tag", (20, 20, 20)), ("anew.tag", (20, 20, 30)), ("other.tag", (2, 3, 4))):
+            array = numpy.arange(numpy.prod(shape), dtype="uint16").reshape(shape)
+            tagrid.encode(array, self.folder / name)
+            reader.SetFileName(str(self.folder / name))
             reader.Modified()
             reader.Update()
-            self.assertEqual(reader.GetOutputDataObject(0).GetDimensions(), shape[::-1])
+            numpy.testing.assert_array_equal(self.samples_of(reader.GetOutputDataObject(0)), array)
 
     def image(self, step=1):
         reader = TagridImage()
@@ -98,14 +97,36 @@ class ReadersTest(unittest.TestCase):
                 image.TransformIndexToPhysicalPoint(index, place)
                 numpy.testing.assert_allclose(place, (self.volume.affine @ [*(step * i for i in index), 1])[:3], atol=1e-9)
 
-    def test_a_part_of_an_image_is_that_part(self):
+    def test_a_part_is_that_part(self):
         for step, extent in [(1, (3, 9, 5, 64, 60, 70)), (2, (0, 34, 32, 32, 31, 74)), (1, (69, 69, 65, 65, 149, 149))]:
-            reader = self.image(step)
-            reader.UpdateExtent(extent)
-            image = reader.GetOutputDataObject(0)
-            self.assertEqual(image.GetExtent(), extent)
-            x0, x1, y0, y1, z0, z1 = extent
-            numpy.testing.assert_array_equal(self.samples_of(image), self.volume[::step, ::step, ::step][z0:z1 + 1, y0:y1 + 1, x0:x1 + 1])
+            for reader in (TagridImage(), TagridStructuredGrid()):
+                reader.SetFileName(self.path)
+                reader.SetStep(step)
+                reader.UpdateExtent(extent)
+                part = reader.GetOutputDataObject(0)
+                self.assertEqual(part.GetExtent(), extent)
+                x0, x1, y0, y1, z0, z1 = extent
+                expected = self.volume[::step, ::step, ::step][z0:z1 + 1, y0:y1 + 1, x0:x1 + 1]
+                numpy.testing.assert_array_equal(self.samples_of(part), expected)
+                first = [step * low for low in (x0, y0, z0)]
+                place = (self.volume.affine @ [*first, 1])[:3]
+                numpy.testing.assert_allclose(self.place(part, (0, 0, 0)), place, atol=1e-9)
+
+    def test_a_volume_that_is_no_image_is_one_with_straight_slices_and_a_warning(self):
+        tilted = numpy.array([[0.5, 0, 0, 1], [0, 0.5, 1, 2], [0, 0, 2, 3], [0, 0, 0, 1]])
+        uneven = [[0, 0, z] for z in (0, 1, 2, 7, 9)]
+        for name, affine, positions, words in (
+                ("e.tag", tilted, None, "slices are shifted against each other"),
+                ("f.tag", numpy.diag([1.0, 1, 2, 1]), uneven, "slices lie at unequal distances")):
+            path, samples = self.encoded(name, affine, positions)
+            image, said = self.read(TagridImage(), path)
+            numpy.testing.assert_array_equal(self.samples_of(image), samples)
+            self.assertEqual(said.count(f"{name}: {words}"), 1, said)
+            self.assertIn("TagridStructuredGrid", said)
+            directions = [image.GetDirectionMatrix().GetElement(i // 3, i % 3) for i in range(9)]
+            numpy.testing.assert_array_equal(directions, numpy.eye(3).ravel())
+            if positions is None:
+                self.assertEqual((image.GetOrigin(), image.GetSpacing()), ((1, 2, 3), (0.5, 0.5, 2)))
 
     def encoded(self, name, affine, slice_positions=None):
         """A file of 5 x 4 x 3 samples, and its samples."""
@@ -144,31 +165,6 @@ class ReadersTest(unittest.TestCase):
                     if positions:
                         expected = positions[step * z] + affine[:3, :2] @ [step * x, step * y]
                     numpy.testing.assert_allclose(places[z, y, x], expected, atol=1e-12)
-
-    def test_a_part_of_a_structured_grid_is_that_part(self):
-        reader = TagridStructuredGrid()
-        reader.SetFileName(self.path)
-        reader.UpdateExtent((3, 9, 5, 64, 60, 70))
-        part = reader.GetOutputDataObject(0)
-        self.assertEqual(part.GetExtent(), (3, 9, 5, 64, 60, 70))
-        numpy.testing.assert_array_equal(self.samples_of(part), self.volume[60:71, 5:65, 3:10])
-        numpy.testing.assert_allclose(part.GetPoint(0), (self.volume.affine @ [3, 5, 60, 1])[:3])
-
-    def test_a_sheared_volume_is_an_image_with_straight_slices_and_a_warning(self):
-        tilted = numpy.array([[0.5, 0, 0, 1], [0, 0.5, 1, 2], [0, 0, 2, 3], [0, 0, 0, 1]])
-        path, samples = self.encoded("e.tag", tilted)
-        image, said = self.read(TagridImage(), path)
-        numpy.testing.assert_array_equal(self.samples_of(image), samples)
-        self.assertEqual((image.GetOrigin(), image.GetSpacing()), ((1, 2, 3), (0.5, 0.5, 2)))
-        numpy.testing.assert_array_equal([image.GetDirectionMatrix().GetElement(i // 3, i % 3) for i in range(9)], numpy.eye(3).ravel())
-        self.assertEqual(said.count("e.tag: slices are shifted against each other"), 1, said)
-
-    def test_uneven_slices_are_an_image_with_a_warning(self):
-        path, samples = self.encoded("f.tag", numpy.diag([1.0, 1, 2, 1]), [[0, 0, z] for z in (0, 1, 2, 7, 9)])
-        image, said = self.read(TagridImage(), path)
-        numpy.testing.assert_array_equal(self.samples_of(image), samples)
-        self.assertEqual(said.count("f.tag: slices lie at unequal distances"), 1, said)
-        self.assertIn("TagridStructuredGrid", said)
 
     def test_an_image_that_is_turned_or_mirrored_needs_no_warning(self):
         for affine in (numpy.diag([-0.5, 0.5, 2, 1]), numpy.array([[0.3, 0.4, 0, 1], [0.4, -0.3, 0, 2], [0, 0, 2, 3], [0, 0, 0, 1]])):
@@ -312,15 +308,6 @@ class ReadersTest(unittest.TestCase):
             found, said = self.read(reader, path)
             self.assertEqual(found.GetNumberOfPoints() == means[resolution].size and "damaged" not in said, intact,
                              said)
-
-    def test_another_file_is_read_when_it_is_named(self):
-        array = numpy.arange(24, dtype="uint8").reshape(2, 3, 4)
-        tagrid.encode(array, self.folder / "b.tag")
-        reader = self.image()
-        reader.Update()
-        reader.SetFileName(str(self.folder / "b.tag"))
-        reader.Update()
-        numpy.testing.assert_array_equal(self.samples_of(reader.GetOutputDataObject(0)), array)
 
 
 if __name__ == "__main__":

@@ -77,6 +77,11 @@ class Arguments(unittest.TestCase):
                  ((0, 1, 2),) * 3]
         for region in wrong:
             self.refused(tagrid.ArgumentError, "a region is ((z0, z1), (y0, y1), (x0, x1))|volume[z0:z1, y0:y1, x0:x1]", read, region)
+        # Those that are not in the volume.
+        for pair in ((0, 21), (-1, 3), (3, 3), (2**70, 2**71)):
+            with self.subTest(pair), self.assertRaises((tagrid.ArgumentError, TypeError)):
+                read((pair, (0, 1), (0, 1)))
+        self.assertRaises(tagrid.ArgumentError, read, threads=-1)
         for step in (0, -1, 2.0, "2", None, (1, 2), (1, 2, 0), (1, 2, 1.5)):
             self.refused(tagrid.ArgumentError, "a step is a whole number of at least 1, or three (z, y, x)", read, step=step)
         for region, step in [(np.array([[1, 5], [2, 6], [3, 7]]), np.int64(2)), ([[1, 5], [2, 6], [3, 7]], np.array([2, 2, 2]))]:
@@ -102,8 +107,12 @@ class Arguments(unittest.TestCase):
 
     def test_the_messages_about_samples_say_what_to_do(self):
         for dtype, advice in [("?", "numpy.uint8"), ("f2", "numpy.float32"), ("i8", "numpy.int32"), ("u8", "numpy.uint32"),
-                              ("g", "numpy.float64"), ("c8", "array.real and array.imag"), ("U3", "one number for each voxel")]:
+                              ("g", "numpy.float64"), ("c8", "array.real and array.imag"), ("U3", "one number for each voxel"),
+                              (">i8", "numpy.int32"), (">f2", "numpy.float32"), ("V2", "types are"), ("M8[s]", "no dates"),
+                              (">m8[s]", "no dates"), ([("a", "i2")], "one number"), (object, "one number")]:
             self.refused(TypeError, advice, tagrid.encode, np.zeros((2, 3, 4), dtype))
+        self.refused(TypeError, "filled", tagrid.encode, np.ma.zeros((3, 4, 5), "u1"))
+        self.refused(ValueError, "at least one", tagrid.encode, np.zeros((0, 4, 5), "u1"))
         self.refused(tagrid.ArgumentError, "array[numpy.newaxis]", tagrid.encode, SAMPLES[0])
         self.refused(tagrid.ArgumentError, "one volume at a time, such as array[0]", tagrid.encode, SAMPLES[None])
         for nothing in (None, 5, {}, (one for one in SAMPLES)):

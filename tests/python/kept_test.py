@@ -10,23 +10,12 @@ import numpy as np
 import tagrid
 import tagrid._kept
 
-from volumes import blobs, in_threads
+from volumes import Source, blobs, in_threads
 
 SHAPE = (70, 60, 50)
 SAMPLES = blobs(SHAPE)
 # Bricks of 16 samples along each edge.
 DATA = tagrid.encode(SAMPLES, cube=8, brick=2)
-
-
-class Counted:
-    """A file in memory that counts the bytes that are read."""
-
-    def __init__(self, data=DATA):
-        self.data, self.size, self.bytes = data, len(data), 0
-
-    def read_at(self, offset, size):
-        self.bytes += size
-        return self.data[offset:offset + size]
 
 
 def kept_bytes():
@@ -40,7 +29,7 @@ class Kept(unittest.TestCase):
 
     def test_a_loop_over_slices_reads_each_brick_twice(self):
         for axis in range(3):
-            file = Counted()
+            file = Source(DATA)
             volume = tagrid.open(file)
             before = file.bytes
             for i in range(SHAPE[axis]):
@@ -49,7 +38,7 @@ class Kept(unittest.TestCase):
             self.assertLess(file.bytes - before, 2.5 * len(DATA))
 
     def test_a_loop_over_single_samples_reads_a_brick_twice(self):
-        file = Counted()
+        file = Source(DATA)
         volume = tagrid.open(file)
         before = file.bytes
         self.assertEqual([volume[20, 20, i] for i in range(17, 33)], SAMPLES[20, 20, 17:33].tolist())
@@ -86,7 +75,7 @@ class Kept(unittest.TestCase):
     def test_all_volumes_together_keep_to_the_limit(self):
         layer = 16 * 60 * 50 * 2
         with mock.patch.object(tagrid._kept, "MOST_BYTES", int(2.5 * layer)):
-            files = [Counted() for _ in range(4)]
+            files = [Source(DATA) for _ in range(4)]
             volumes = [tagrid.open(file) for file in files]
             for volume in volumes:
                 for i in (20, 21, 22):

@@ -10,7 +10,7 @@ import warnings
 import numpy as np
 import tagrid
 
-from volumes import blobs, temporary_folder
+from volumes import blobs, module, temporary_folder
 
 SHAPE = (70, 90, 150)
 
@@ -52,11 +52,7 @@ class Libraries(unittest.TestCase):
 
 class Dask(Libraries):
     def setUp(self):
-        try:
-            import dask.array
-        except ImportError:
-            self.skipTest("there is no dask")
-        self.da = dask.array
+        self.da = module("dask.array")
 
     def test_a_volume_is_an_array_of_chunks(self):
         volume = tagrid.open(self.path)
@@ -118,11 +114,7 @@ class Dask(Libraries):
 
 class Xarray(Libraries):
     def setUp(self):
-        try:
-            import xarray
-        except ImportError:
-            self.skipTest("there is no xarray")
-        self.xarray = xarray
+        self.xarray = module("xarray")
 
     def open(self, data, **options):
         """As xarray.open_dataset() does by the entry point, which only an installed package has."""
@@ -367,10 +359,7 @@ class Xarray(Libraries):
         self.assertRaises(ValueError, lambda: data.volume.isel(y=3).values)
 
     def test_chunks_are_whole_bricks(self):
-        try:
-            import dask.array  # noqa: F401
-        except ImportError:
-            self.skipTest("there is no dask")
+        module("dask.array")
         with self.open(self.path, chunks={}) as data:
             self.assertEqual(data.volume.chunks, tagrid.open(self.path).aligned_chunks())
             np.testing.assert_array_equal(data.volume.mean("z"), self.samples.mean(axis=0))

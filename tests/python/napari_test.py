@@ -14,7 +14,10 @@ import numpy as np
 import tagrid
 import tagrid.napari
 
-from volumes import blobs, temporary_folder
+from volumes import blobs, module, temporary_folder
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import scans
 
 PROGRAM = pathlib.Path(sys.argv[1])
 try:
@@ -101,14 +104,7 @@ class Reader(unittest.TestCase):
 
     def test_several_volumes_are_stacked(self):
         series = np.stack([blobs((4, 5, 6), seed=seed) for seed in range(3)])
-        header = np.zeros(352, np.uint8)
-        header[:4].view("<i4")[0] = 348
-        header[40:56].view("<i2")[:] = (4, 6, 5, 4, 3, 1, 1, 1)
-        header[70:74].view("<i2")[:] = (4, 16)
-        header[76:92].view("<f4")[:] = (1, 0.5, 1, 2)
-        header[108:112].view("<f4")[0] = 352
-        header[123], header[344:348] = 2, np.frombuffer(b"n+1\0", np.uint8)
-        (self.folder / "a.nii").write_bytes(header.tobytes() + series.astype("<i2").tobytes())
+        (self.folder / "a.nii").write_bytes(scans.nifti(series, (0.5, 1, 2)))
         path = str(self.folder / "my scan.tag")
         subprocess.run([PROGRAM, "encode", self.folder / "a.nii", "-o", path, "-q"], check=True)
         data, options = self.one_layer(path)
@@ -139,27 +135,19 @@ class Manifest(unittest.TestCase):
     path = pathlib.Path(tagrid.__file__).parent / "napari.yaml"
 
     def test_it_has_what_napari_documents(self):
-        try:
-            import yaml
-        except ImportError:
-            self.skipTest("there is no yaml (python3-yaml)")
-        manifest = yaml.safe_load(self.path.read_text())
+        manifest = module("yaml").safe_load(self.path.read_text())
         self.assertEqual(set(manifest), {"name", "display_name", "schema_version", "contributions"})
         self.assertEqual(manifest["name"], "tagrid")  # that of the package
         self.assertGreaterEqual(len(manifest["display_name"]), 3)
         command, = manifest["contributions"]["commands"]
         self.assertTrue(command["id"].startswith("tagrid."))
-        module, _, function = command["python_name"].partition(":")
-        self.assertIs(getattr(sys.modules[module], function), tagrid.napari.get_reader)
+        place, _, function = command["python_name"].partition(":")
+        self.assertIs(getattr(sys.modules[place], function), tagrid.napari.get_reader)
         self.assertEqual(manifest["contributions"]["readers"],
                          [{"command": command["id"], "filename_patterns": ["*.tag"], "accepts_directories": False}])
 
     def test_npe2_reads_it(self):
-        try:
-            from npe2 import PluginManifest
-        except ImportError:
-            self.skipTest("there is no npe2 (python3-npe2 of Debian 13)")
-        manifest = PluginManifest.from_file(self.path)
+        manifest = module("npe2").PluginManifest.from_file(self.path)
         manifest.validate_imports()
 
 

@@ -16,7 +16,7 @@ import unittest
 import numpy as np
 import tagrid
 
-from volumes import TYPES, blobs, in_threads
+from volumes import TYPES, blobs, in_threads, module
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "format"))
 from forged import Forged, of_version_6  # noqa: E402
@@ -107,11 +107,7 @@ class Opening(unittest.TestCase):
         file.seek(0)
 
     def test_a_file_on_a_server_is_read_through_fsspec(self):
-        try:
-            import aiohttp  # noqa: F401
-            import fsspec
-        except ImportError as missing:
-            self.skipTest(f"{missing} (python3-fsspec, python3-aiohttp)")
+        fsspec, _ = module("fsspec"), module("aiohttp")
         sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tools" / "commands"))
         from web_server import WebServer, page
 
@@ -127,26 +123,21 @@ class Opening(unittest.TestCase):
     def test_an_overview_is_a_volume_of_its_own(self):
         path = pathlib.Path(__file__).parents[1] / "golden/1.0/lead_voxels_overviews_int16.tag"
         volume = tagrid.open(path)
-        self.assertEqual(volume.overviews, (4, 16))
-        self.assertEqual(tagrid.open(self.bytes).overviews, ())
+        self.assertEqual((volume.overviews, tagrid.open(self.bytes).overviews), ((4, 16), ()))
         self.assertRaisesRegex(tagrid.ArgumentError, "it has 4, 16", volume.overview, 8)
-        whole = np.asarray(volume).astype(float)
-        expected = whole[4:8, 8:12, 12:16].mean()
-        with open(path, "rb") as file:
-            for source in (path, file, path.read_bytes(), Object(path.read_bytes())):
-                overview = tagrid.open(source).overview(4)
-                self.assertEqual(overview.shape, (10, 9, 11))
-                self.assertLess(abs(overview[1, 2, 3] - expected), 16.5)
-        overview = pickle.loads(pickle.dumps(volume.overview(16)))
-        self.assertEqual(overview.shape, (3, 3, 3))
-        overview.verify()
-        error = OSError("gone")
+        expected = np.asarray(volume).astype(float)[4:8, 8:12, 12:16].mean()
+        for source in (path, Object(path.read_bytes())):
+            overview = tagrid.open(source).overview(4)
+            self.assertEqual(overview.shape, (10, 9, 11))
+            self.assertLess(abs(overview[1, 2, 3] - expected), 16.5)
+        again = pickle.loads(pickle.dumps(volume.overview(16)))
+        self.assertEqual(again.shape, (3, 3, 3))
+        again.verify()
         failing = Object(path.read_bytes())
-        overview = tagrid.open(failing).overview(4)
-        failing.error = error
+        overview, failing.error = tagrid.open(failing).overview(4), OSError("gone")
         with self.assertRaises(OSError) as raised:
             np.asarray(overview)
-        self.assertIs(raised.exception, error)
+        self.assertIs(raised.exception, failing.error)
         volume.close()
         self.assertRaises(tagrid.ArgumentError, volume._reader.overviews)
 
@@ -154,27 +145,25 @@ class Opening(unittest.TestCase):
         path = pathlib.Path(__file__).parents[1] / "golden/1.0/volumes_bounded_int16.tag"
         first = tagrid.open(path)
         self.assertEqual((first.volumes, tagrid.open(self.bytes).volumes), (3, 1))
-        for number in (3, -1):
-            self.assertRaisesRegex(tagrid.ArgumentError, f"has no volume {number}; it has 3 volumes, 0 to 2$",
-                                   first.volume, number)
-        self.assertRaisesRegex(tagrid.ArgumentError, "has no volume 1; it has only volume 0$",
-                               tagrid.open(self.bytes).volume, 1)
-        for number in ("1", 1.0, None):
-            self.assertRaisesRegex(TypeError, f"the number of a volume must be a whole number, not {number!r}",
-                                   first.volume, number)
-        all_samples = [np.asarray(first.volume(number)) for number in range(3)]
-        np.testing.assert_array_equal(all_samples[0], np.asarray(first))
-        self.assertFalse(np.array_equal(all_samples[1], all_samples[2]))
-        with open(path, "rb") as file:
-            for source in (path, file, path.read_bytes(), Object(path.read_bytes())):
-                volume = tagrid.open(source).volume(2)
-                self.assertEqual((volume.shape, volume.volumes, volume.overviews), ((11, 18, 19), 1, (4,)))
-                np.testing.assert_array_equal(volume[3:5], all_samples[2][3:5])
-                self.assertEqual(volume.overview(4).shape, (3, 5, 5))
+        for volume, number, error, words in (
+                (first, 3, tagrid.ArgumentError, "has no volume 3; it has 3 volumes, 0 to 2$"),
+                (first, -1, tagrid.ArgumentError, "has no volume -1; it has 3 volumes, 0 to 2$"),
+                (tagrid.open(self.bytes), 1, tagrid.ArgumentError, "has no volume 1; it has only volume 0$"),
+                (first, "1", TypeError, "the number of a volume must be a whole number, not '1'"),
+                (first, 1.0, TypeError, "the number of a volume must be a whole number, not 1.0")):
+            self.assertRaisesRegex(error, words, volume.volume, number)
+        one, two = (np.asarray(first.volume(number)) for number in (1, 2))
+        np.testing.assert_array_equal(np.asarray(first.volume(0)), np.asarray(first))
+        self.assertFalse(np.array_equal(one, two))
+        for source in (path, Object(path.read_bytes())):
+            volume = tagrid.open(source).volume(2)
+            self.assertEqual((volume.shape, volume.volumes, volume.overviews), ((11, 18, 19), 1, (4,)))
+            np.testing.assert_array_equal(volume[3:5], two[3:5])
+            self.assertEqual(volume.overview(4).shape, (3, 5, 5))
         again = pickle.loads(pickle.dumps(first.volume(1)))
-        np.testing.assert_array_equal(np.asarray(again), all_samples[1])
-        again.verify()
-        first.verify()
+        np.testing.assert_array_equal(np.asarray(again), one)
+        for volume in (again, first):
+            volume.verify()
         for several in (path, first):
             self.assertRaisesRegex(tagrid.ArgumentError, "holds 3 volumes, and Python writes one", tagrid.encode,
                                    several)

@@ -2,7 +2,6 @@
 
 import contextlib
 import doctest
-import http.server
 import io
 import os
 import pathlib
@@ -10,49 +9,19 @@ import re
 import subprocess
 import sys
 import tempfile
-import threading
 import unittest
 
 import numpy as np
 import tagrid
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+TESTS = pathlib.Path(__file__).resolve().parents[1]
+sys.path += [str(TESTS / "support"), str(TESTS / "tools" / "commands")]
 from versions import has_zarr_3
+from web_server import WebServer
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM = os.path.abspath(sys.argv[1])
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
-
-
-class RangeHandler(http.server.SimpleHTTPRequestHandler):
-    """Sends the parts that are asked for, and counts them."""
-
-    parts = []
-
-    def do_GET(self):
-        first, last = map(int, re.fullmatch(r"bytes=(\d+)-(\d+)", self.headers["Range"]).groups())
-        data = pathlib.Path(self.translate_path(self.path)).read_bytes()[first:last + 1]
-        self.parts.append(len(data))
-        self.send_response(206)
-        self.send_header("Content-Length", str(len(data)))
-        self.end_headers()
-        self.wfile.write(data)
-
-    def log_message(self, *_):
-        pass
-
-
-@contextlib.contextmanager
-def served_folder():
-    server = http.server.ThreadingHTTPServer(("localhost", 0), RangeHandler)
-    thread = threading.Thread(target=server.serve_forever)
-    thread.start()
-    try:
-        yield f"http://localhost:{server.server_port}"
-    finally:
-        server.shutdown()
-        thread.join()
-        server.server_close()
 
 
 class Tour(unittest.TestCase):
@@ -60,12 +29,13 @@ class Tour(unittest.TestCase):
         # The example of README.md comes first.
         text = (ROOT / "README.md").read_text().split("## What it saves")[0] + (ROOT / "docs/python.md").read_text()
         names, said = {}, io.StringIO()
-        with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), served_folder() as url:
+        with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), WebServer({}) as server:
             subprocess.run([PROGRAM, "phantom", "--dims", "160,160,96", "-q", "-o", "p.nhdr"], check=True)
             subprocess.run([PROGRAM, "encode", "p.nhdr", "--max-error", "5", "-q", "-o", "scan.tag"], check=True)
+            server.files["/scan.tag"] = pathlib.Path("scan.tag").read_bytes()
             for match in BLOCK.finditer(text):
                 line = text[:match.start()].count("\n") + 2  # in both documents
-                code = match[1].replace("http://localhost:8000", url)
+                code = match[1].replace("http://localhost:8000", server.url)
                 # Without installing there are no entry points.
                 code = code.replace('engine="tagrid"', "engine=__import__('tagrid.xarray').xarray.TagridBackend")
                 if has_zarr_3():  # as the document says
@@ -81,7 +51,7 @@ class Tour(unittest.TestCase):
         np.testing.assert_array_equal(names["everything"][48], names["slice_"])
         np.testing.assert_array_equal(names["box"], names["everything"][40:60, 10:74, 10:74])
         # The header and the index, and one brick.
-        self.assertLess(len(RangeHandler.parts), 8)
+        self.assertLess(len(server.requests), 8)
 
     def test_examples_of_docstrings_say_the_truth(self):
         failed, tried = doctest.testmod(tagrid)

@@ -1,8 +1,10 @@
-"""What the tests of the Python package share: volumes, a directory, threads."""
+"""What the tests of the Python package share: volumes, a source in memory, a directory, threads, libraries."""
 
+import importlib
 import pathlib
 import tempfile
 import threading
+import unittest
 
 import numpy as np
 
@@ -20,6 +22,26 @@ def blobs(shape, dtype="int16", seed=1):
     high = min(np.iinfo(dtype).max, 2000)
     low = max(np.iinfo(dtype).min, -1000)
     return (low + (field + 2.2) / 4.4 * (high - low)).astype(dtype)
+
+
+class Source:
+    """A file in memory that counts its reads, and the bytes that are read."""
+
+    def __init__(self, data):
+        self.data, self.size, self.reads, self.bytes = data, len(data), 0, 0
+
+    def read_at(self, offset, size):
+        self.reads += 1
+        self.bytes += size
+        return self.data[offset:offset + size]
+
+
+def module(name):
+    """A module that a test needs; without it, the test is skipped."""
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        raise unittest.SkipTest(f"there is no {name.split('.')[0]}") from None
 
 
 def temporary_folder(test):

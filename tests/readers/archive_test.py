@@ -7,12 +7,12 @@ import json
 import os
 import re
 import shutil
-import struct
 import subprocess
 import sys
 import unittest
 
-from other_readers import PROGRAM, ReaderTest, h5py, main, numpy, pydicom, tifffile
+from other_readers import PROGRAM, ArchiveTest, h5py, main, numpy, pydicom, tifffile
+from scans import meta_image, nifti
 
 MPI_PROGRAM = os.path.abspath(sys.argv.pop(2)) if len(sys.argv) > 2 and not sys.argv[2].startswith("-") else None
 
@@ -28,24 +28,13 @@ def with_uid_alone(output):
 
 
 @unittest.skipIf(None in (numpy, pydicom, tifffile, h5py), "libraries are missing")
-class Archive(ReaderTest):
-    def volume(self, seed, shape=(4, 9, 11)):
-        return numpy.random.default_rng(seed).integers(0, 4000, shape, "uint16")
-
-    def path(self, name):
-        path = self.folder / "archive" / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return path
-
+class Archive(ArchiveTest):
     def make(self):
         """All volumes, by the names of their outputs; and the names of what cannot be read."""
-        from dicom_test import data_set
-
         volumes = {}
         self.write_nrrd(self.path("2019/knee.nrrd"), self.volume(1))
         volumes["2019/knee.nrrd"] = self.volume(1)
-        self.path("2019/knee.mha").write_bytes(b"NDims = 3\nDimSize = 11 9 4\nElementType = MET_USHORT\nElementDataFile = LOCAL\n" +
-                                               self.volume(2).tobytes())
+        self.path("2019/knee.mha").write_bytes(meta_image(self.volume(2)))
         volumes["2019/knee.mha"] = self.volume(2)
         for z, slice in enumerate(self.volume(3)):
             tifffile.imwrite(self.path(f"stacks/rat.1/s{z + 8}.tif"), slice)
@@ -57,9 +46,7 @@ class Archive(ReaderTest):
                 tifffile.imwrite(self.path(f"stacks/both/{name}{z}.tif"), slice)
             volumes[f"stacks/both/{name}#.tif"] = self.volume(seed)
         for uid, seed in (("1.2.3", 7), ("1.2.4", 8)):
-            for z, slice in enumerate(self.volume(seed)):
-                file = data_set(slice, series=uid, instance=f"{uid}.{z}", position=(0, 0, z), RescaleIntercept=0)
-                self.save(self.path(f"dicom/study/{uid}-{z}"), file)
+            self.write_dicom(f"dicom/study/{uid}-{{}}", uid, self.volume(seed))
             volumes[f"dicom/study/{uid}"] = self.volume(seed).astype("int16")
         with h5py.File(self.path("runs/scan.h5"), "w") as file:
             file["one"] = self.volume(9)
@@ -69,10 +56,7 @@ class Archive(ReaderTest):
 
         broken = ["runs/broken.h5", "2019/short.nii", "stacks/gap"]
         self.path("runs/broken.h5").write_bytes(self.path("runs/scan.h5").read_bytes()[:700])
-        header = bytearray(352)
-        header[:4], header[344:348] = struct.pack("<i", 348), b"n+1\0"
-        header[40:48], header[70:72], header[108:112] = struct.pack("<4h", 3, 5, 5, 5), struct.pack("<h", 4), struct.pack("<f", 352)
-        self.path("2019/short.nii").write_bytes(header + bytes(99))
+        self.path("2019/short.nii").write_bytes(nifti(numpy.zeros((5, 5, 5), "int16"))[:451])
         for z in (1, 2, 4):
             tifffile.imwrite(self.path(f"stacks/gap/{z}.tif"), self.volume(3)[0])
         self.path("2019/notes.txt").write_text("nothing")
@@ -103,7 +87,7 @@ class Archive(ReaderTest):
             self.tagrid("decode", f"out/{outputs[name]}.tag", "-o", "a.raw", "-f")
             self.assertEqual((self.folder / "a.raw").read_bytes(), truth.tobytes(), name)
         self.ok("convert", "--manifest", "list.tsv", "--output-dir", "out", "--skip-done")
-        records = [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()]
+        records = self.records()
         self.assertEqual([record["status"] for record in records], ["ok"] * len(volumes) + ["skipped"] * len(volumes))
 
     def test_originals_are_removed_only_if_all_their_bytes_come_back(self):
@@ -112,7 +96,7 @@ class Archive(ReaderTest):
         shutil.copytree(self.folder / "archive", self.folder / "before", symlinks=True)
         self.ok("convert", "--manifest", "list.tsv", "--output-dir", "out")
         run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", "--remove-verified")
-        records = [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()]
+        records = self.records()
         removed = {record["output"]: record for record in records if record["status"] == "removed"}
         kept = {record["output"].removesuffix(".tag"): record["error"] for record in records if record["status"] == "kept"}
         self.assertEqual({with_uid_alone(output.removesuffix(".tag")) for output in removed} | set(kept), set(volumes))
@@ -126,7 +110,7 @@ class Archive(ReaderTest):
         # What was removed is done, though its directory is still there.
         for option in ("--skip-done", "--remove-verified"):
             run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", option)
-            later = [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()][-len(volumes):]
+            later = self.records()[-len(volumes):]
             self.assertEqual({record["status"] for record in later if record["output"] in removed}, {"skipped"}, option)
         for output, record in removed.items():
             self.assertIs(record["restorable"], True)
@@ -137,9 +121,6 @@ class Archive(ReaderTest):
         # And nothing else was touched.
         run = subprocess.run(["diff", "-r", "archive", "before"], cwd=self.folder, stdout=subprocess.PIPE, text=True)
         self.assertEqual(run.stdout, "")
-
-    def records(self):
-        return [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_bytes().decode("utf-8").splitlines()]
 
     def test_a_series_that_lost_a_slice_does_not_replace_the_whole_one(self):
         self.make()

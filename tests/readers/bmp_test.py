@@ -1,7 +1,4 @@
-"""BMP: folders of slices as SkyScan's programs write them, with Pillow's files as the truth.
-
-    bmp_test.py PROGRAM
-"""
+"""BMP: folders of slices as SkyScan's programs write them, with Pillow's files as the truth."""
 
 import json
 import shutil

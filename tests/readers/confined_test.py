@@ -1,10 +1,7 @@
 """What code that took over a reader can open, and what it sees of the environment: the source, and what its format may
 need next to it. And what a format needs is read all the same.
 
-    confined_test.py TAGRID
-
-The code is a library that takes the place of seccomp_load(): it tries the moment the sandbox is closed.
-"""
+The code is a library that takes the place of seccomp_load(): it tries the moment the sandbox is closed."""
 
 import os
 import re

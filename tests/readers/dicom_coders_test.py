@@ -1,15 +1,12 @@
-"""DICOM: High-Throughput JPEG 2000 and JPEG XL, in streams of encoders that this project does not use.
-
-    dicom_coders_test.py PROGRAM
-"""
+"""DICOM: High-Throughput JPEG 2000 and JPEG XL, in streams of encoders that this project does not use."""
 
 import re
 import shutil
 import subprocess
 import unittest
 
-from dicom_test import LITTLE, claim, data_set
 from other_readers import Image, ReaderTest, main, numpy, pydicom
+from scans import LITTLE, claim, data_set
 
 HT = {"201": "High-Throughput JPEG 2000 (Lossless only)", "202": "High-Throughput JPEG 2000 with RPCL (Lossless only)", "203": "High-Throughput JPEG 2000"}
 XL = {"110": "JPEG XL Lossless", "111": "JPEG XL JPEG Recompression", "112": "JPEG XL"}

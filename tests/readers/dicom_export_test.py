@@ -1,15 +1,12 @@
-"""DICOM series that leave an archive as images of their own, as pydicom, DCMTK and dciodvfy see them.
-
-    dicom_export_test.py PROGRAM
-"""
+"""DICOM series that leave an archive as images of their own, as pydicom, DCMTK and dciodvfy see them."""
 
 import shutil
 import signal
 import subprocess
 import unittest
 
-from dicom_test import BIG, ENHANCED_CT, IMPLICIT, LITTLE, data_set, volume
 from other_readers import PROGRAM, ReaderTest, main, numpy, pydicom
+from scans import BIG, IMPLICIT, LITTLE, data_set, enhanced_ct, sequence, volume
 
 # What an export changes, and what it changes if samples are not exact.
 ALWAYS = {"SOPInstanceUID", "SeriesInstanceUID", "SourceImageSequence"}
@@ -302,37 +299,12 @@ class DicomExport(ReaderTest):
             self.assertEqual(first[0xFFFCFFFC].value, bytes(10))
             self.assertEqual(first.pixel_array.shape, (20, 31))
 
-    def multi_frame(self, truth):
-        Dataset, Sequence = pydicom.Dataset, pydicom.Sequence
-
-        def of(**attributes):
-            item = Dataset()
-            for name, value in attributes.items():
-                setattr(item, name, value)
-            return Sequence([item])
-
-        file = data_set(truth, SOPClassUID=ENHANCED_CT, ImageOrientationPatient=None, ImagePositionPatient=None, PixelSpacing=None)
-        del file.RescaleSlope, file.RescaleIntercept
-        file.file_meta.MediaStorageSOPClassUID = ENHANCED_CT
-        file.ImageType = ["ORIGINAL", "PRIMARY", "VOLUME", "NONE"]
-        file.ConcatenationUID = "1.2.8"
-        shared = Dataset()
-        shared.PlaneOrientationSequence = of(ImageOrientationPatient=[1, 0, 0, 0, 1, 0])
-        shared.PixelMeasuresSequence = of(PixelSpacing=[0.5, 0.25], SliceThickness=1)
-        shared.PixelValueTransformationSequence = of(RescaleSlope=1, RescaleIntercept=-1024, RescaleType="HU")
-        file.SharedFunctionalGroupsSequence = Sequence([shared])
-        frames = []
-        for z in range(len(truth)):
-            frame = Dataset()
-            frame.PlanePositionSequence = of(ImagePositionPatient=[1, 2, 3 + z * 1.5])
-            frame.FrameContentSequence = of(InStackPositionNumber=z + 1, StackID="1")
-            frame.CTImageFrameTypeSequence = of(FrameType=["ORIGINAL", "PRIMARY", "VOLUME", "NONE"], PixelPresentation="MONOCHROME")
-            frames.append(frame)
-        file.PerFrameFunctionalGroupsSequence = Sequence(frames)
-        return file
-
     def test_many_frames_in_one_file(self):
-        self.save("a.dcm", self.multi_frame(volume(shape=(7, 20, 31))))
+        type = ["ORIGINAL", "PRIMARY", "VOLUME", "NONE"]
+        file = enhanced_ct(volume(shape=(7, 20, 31)), range(7),
+                           CTImageFrameTypeSequence=sequence(FrameType=type, PixelPresentation="MONOCHROME"))
+        file.ImageType, file.ConcatenationUID = type, "1.2.8"
+        self.save("a.dcm", file)
         for syntax in ("+te", "+ti", "+tb"):
             if (run := self.run_tool("dcmconv", syntax, "a.dcm", "b.dcm")) is None:
                 break

@@ -1,6 +1,4 @@
 """Several images of DICOM at one place: volumes to choose from, each told from the others, or an error that names the files.
-
-    dicom_moments_test.py PROGRAM
 """
 
 import itertools
@@ -8,8 +6,8 @@ import random
 import re
 import unittest
 
-from dicom_test import data_set, volume
 from other_readers import ReaderTest, main, numpy, pydicom
+from scans import data_set, enhanced, sequence, volume
 
 @unittest.skipIf(pydicom is None, "there is no pydicom on this machine")
 class DicomMoments(ReaderTest):
@@ -98,48 +96,30 @@ class DicomMoments(ReaderTest):
             self.save(f"t/{i}.dcm", data_set(truth[i], instance=f"9.{i}", series=uid))
         self.assertIn("begins with 1.dcm", self.choices("t")[1][1])
 
-    def enhanced(self, truth, of_frame):
-        Dataset, Sequence = pydicom.Dataset, pydicom.Sequence
-        file = data_set(truth.reshape(-1, *truth.shape[2:]), SOPClassUID="1.2.840.10008.5.1.4.1.1.4.1", PixelSpacing=None)
-        shared = Dataset()
-        measures = Dataset()
-        measures.PixelSpacing, measures.SliceThickness = [0.5, 0.25], 1
-        shared.PixelMeasuresSequence = Sequence([measures])
-        file.SharedFunctionalGroupsSequence = Sequence([shared])
+    def save_enhanced(self, truth, of_frame):
+        """Frames [moment, z]; of_frame(moment, z) has what tells them apart, by the sequence that it is in."""
         frames = []
         for moment, z in itertools.product(*map(range, truth.shape[:2])):
-            frame, place, content = Dataset(), Dataset(), Dataset()
-            place.ImagePositionPatient = [0, 0, 2 * z]
-            frame.PlanePositionSequence, frame.FrameContentSequence = Sequence([place]), Sequence([content])
-            of_frame(frame, content, moment, z)
-            frames.append(frame)
-        file.PerFrameFunctionalGroupsSequence = Sequence(frames)
-        return file
+            groups = {"PlanePositionSequence": sequence(ImagePositionPatient=[0, 0, 2 * z])}
+            frames.append(groups | {name: sequence(**values) for name, values in of_frame(moment, z).items()})
+        samples = truth.reshape(-1, *truth.shape[2:])
+        self.save("a.dcm", enhanced(samples, frames, SOPClassUID="1.2.840.10008.5.1.4.1.1.4.1"))
 
     def test_frames_of_one_file_are_volumes_too(self):
         images = volume(shape=(2, 3, 5, 6))
-        def by_index(frame, content, moment, z):
-            content.DimensionIndexValues = [z + 1, moment + 1]
-        def by_echo(frame, content, moment, z):
-            echo = pydicom.Dataset()
-            echo.EffectiveEchoTime = 2.5 + moment
-            frame.MREchoSequence = pydicom.Sequence([echo])
-        def by_b_value(frame, content, moment, z):
-            diffusion = pydicom.Dataset()
-            diffusion.DiffusionBValue = 500.0 * moment
-            frame.MRDiffusionSequence = pydicom.Sequence([diffusion])
-        def by_segment(frame, content, moment, z):
-            segment = pydicom.Dataset()
-            segment.ReferencedSegmentNumber = moment + 1
-            frame.SegmentIdentificationSequence = pydicom.Sequence([segment])
-        for of_frame, word in ((by_index, "DimensionIndexValues, the second 1"), (by_echo, "EffectiveEchoTime 2.5"),
-                               (by_b_value, "DiffusionBValue 0"), (by_segment, "ReferencedSegmentNumber 1")):
-            self.save("a.dcm", self.enhanced(images, of_frame))
+        for of_frame, word in (
+                (lambda m, z: {"FrameContentSequence": {"DimensionIndexValues": [z + 1, m + 1]}},
+                 "DimensionIndexValues, the second 1"),
+                (lambda m, z: {"MREchoSequence": {"EffectiveEchoTime": 2.5 + m}}, "EffectiveEchoTime 2.5"),
+                (lambda m, z: {"MRDiffusionSequence": {"DiffusionBValue": 500.0 * m}}, "DiffusionBValue 0"),
+                (lambda m, z: {"SegmentIdentificationSequence": {"ReferencedSegmentNumber": m + 1}},
+                 "ReferencedSegmentNumber 1")):
+            self.save_enhanced(images, of_frame)
             choices = self.choices("a.dcm")
             self.assertIn(word, choices[0][1])
             for moment, (name, text) in enumerate(choices):
                 self.assert_samples("a.dcm", images[moment], "--series", name)
-        self.save("a.dcm", self.enhanced(images, lambda *_: None))
+        self.save_enhanced(images, lambda *_: {})
         self.assertNotIn("remove", self.assert_refused(65, "a.dcm, frame 1 and a.dcm, frame 4 are at the same position",
                                                        "encode", "a.dcm"))
 
@@ -324,31 +304,18 @@ class Interleaved(ReaderTest):
 
     def test_frames_of_enhanced_files(self):
         images = volume(shape=(2, 4, 5, 6))
-        Dataset, Sequence = pydicom.Dataset, pydicom.Sequence
-
-        def item(**values):
-            made = Dataset()
-            for name, value in values.items():
-                setattr(made, name, value)
-            return Sequence([made])
-
-        cases = {"StackID": lambda g, z: {"FrameContentSequence": item(StackID=str(g + 1), InStackPositionNumber=z + 1)},
-                 "TemporalPositionIndex": lambda g, z: {"FrameContentSequence": item(TemporalPositionIndex=g + 1, StackID="1", InStackPositionNumber=z + 1)},
-                 "KVP": lambda g, z: {"CTXRayDetailsSequence": item(KVP=80 + 60 * g)},
-                 "ContrastBolusAgentAdministered": lambda g, z: {"ContrastBolusUsageSequence": item(ContrastBolusAgentAdministered=("NO", "YES")[g])},
-                 "NominalPercentageOfCardiacPhase": lambda g, z: {"CardiacSynchronizationSequence": item(NominalPercentageOfCardiacPhase=40.0 * g)}}
-        for name, of_frame in cases.items():
-            file = data_set(images.reshape(8, 5, 6), SOPClassUID="1.2.840.10008.5.1.4.1.1.2.1", PixelSpacing=None)
-            file.SharedFunctionalGroupsSequence = item(PixelMeasuresSequence=item(PixelSpacing=[0.5, 0.25], SliceThickness=2))
-            frames = []
-            for g in range(2):
-                for z in range(4):
-                    frame = Dataset()
-                    frame.PlanePositionSequence = item(ImagePositionPatient=[0, 0, 2 * z + g])
-                    for sequence, value in of_frame(g, z).items():
-                        setattr(frame, sequence, value)
-                    frames.append(frame)
-            file.PerFrameFunctionalGroupsSequence = Sequence(frames)
+        for group, name, of_frame in (
+                ("FrameContentSequence", "StackID", lambda g, z: {"StackID": str(g + 1), "InStackPositionNumber": z + 1}),
+                ("FrameContentSequence", "TemporalPositionIndex",
+                 lambda g, z: {"TemporalPositionIndex": g + 1, "StackID": "1", "InStackPositionNumber": z + 1}),
+                ("CTXRayDetailsSequence", "KVP", lambda g, z: {"KVP": 80 + 60 * g}),
+                ("ContrastBolusUsageSequence", "ContrastBolusAgentAdministered",
+                 lambda g, z: {"ContrastBolusAgentAdministered": ("NO", "YES")[g]}),
+                ("CardiacSynchronizationSequence", "NominalPercentageOfCardiacPhase",
+                 lambda g, z: {"NominalPercentageOfCardiacPhase": 40.0 * g})):
+            frames = [{"PlanePositionSequence": sequence(ImagePositionPatient=[0, 0, 2 * z + g]), group: sequence(**of_frame(g, z))}
+                      for g in range(2) for z in range(4)]
+            file = enhanced(images.reshape(8, 5, 6), frames, thickness=2)
             self.save(f"{name}.dcm", file)
             run = self.tagrid("encode", f"{name}.dcm", "-o", "x.tag", "-f")
             self.assertEqual(run.returncode, 64, (name, run.stderr))

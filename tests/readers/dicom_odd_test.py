@@ -1,7 +1,4 @@
-"""DICOM files that say something else than they should: read as other people's readers do, or refused, never misread.
-
-    dicom_odd_test.py PROGRAM
-"""
+"""DICOM files that say something else than they should: read as other people's readers do, or refused, never misread."""
 
 import pathlib
 import re
@@ -11,8 +8,8 @@ import subprocess
 import unittest
 import warnings
 
-from dicom_test import BIG, CT, IMPLICIT, LITTLE, claim, data_set, volume
 from other_readers import ReaderTest, main, numpy, pydicom, some
+from scans import BIG, IMPLICIT, LITTLE, claim, data_set, sequence, volume
 
 
 if pydicom is not None:
@@ -193,7 +190,8 @@ class DicomOdd(ReaderTest):
                 ({"ImageOrientationPatient": [0] * 6}, None, "ImageOrientationPatient is 0, 0, 0, 0, 0, 0, which are not two directions"),
                 ({"ImageOrientationPatient": [1, 0, 0, 1, 0, 0]}, None, "which are not two directions at right angles"),
                 ({"PixelSpacing": ["0.75", "0.25"]}, (rb"0.75\0.25", rb"0.75 0.25"), 'PixelSpacing is "0.75 0.25"'),
-                ({"PixelSpacing": ["0.75", "-1"]}, None, "PixelSpacing is 0.75, -1, which are not distances")):
+                ({"PixelSpacing": ["0.75", "-1"]}, None, "PixelSpacing is 0.75, -1, which are not distances"),
+                ({"PixelSpacing": ["0", "0.5"]}, None, "which are not distances")):
             self.save("a.dcm", data_set(truth, **attributes), *([replaced] if replaced else []))
             info = self.encoded("a.dcm")[1]
             self.assertIn(said, self.messages)
@@ -496,17 +494,12 @@ class DicomOdd(ReaderTest):
 
     def test_samples_that_are_no_plain_numbers_are_said_and_stay(self):
         truth = volume()[0]
-        def of(**attributes):
-            one = pydicom.Dataset()
-            for name, value in attributes.items():
-                setattr(one, name, value)
-            return pydicom.Sequence([one])
-        table = of(LUTDescriptor=[4096, 0, 16], ModalityLUTType="OD", LUTData=numpy.arange(4096, dtype="<u2").tobytes())
+        table = sequence(LUTDescriptor=[4096, 0, 16], ModalityLUTType="OD", LUTData=numpy.arange(4096, dtype="<u2").tobytes())
         table[0]["LUTDescriptor"].VR, table[0]["LUTData"].VR = "US", "OW"
         for attributes, said in (
                 ({"ModalityLUTSequence": table, "RescaleSlope": None, "RescaleIntercept": None}, "by a table (ModalityLUTSequence), which is not applied"),
-                ({"RealWorldValueMappingSequence": of(RealWorldValueLUTData=[1.0, 4.0])}, "a table of real world values (RealWorldValueLUTData)"),
-                ({"RealWorldValueMappingSequence": of(RealWorldValueSlope=0.5, RealWorldValueIntercept=1.0)}, "real world values are 0.5 * sample + 1 (Real"),
+                ({"RealWorldValueMappingSequence": sequence(RealWorldValueLUTData=[1.0, 4.0])}, "a table of real world values (RealWorldValueLUTData)"),
+                ({"RealWorldValueMappingSequence": sequence(RealWorldValueSlope=0.5, RealWorldValueIntercept=1.0)}, "real world values are 0.5 * sample + 1 (Real"),
                 ({"PixelPresentation": "MIXED"}, "numbers of colors"), ({"PixelRepresentation": None}, "PixelRepresentation is absent; it is taken as 0"),
                 ({"OverlayRows": 4}, "an overlay in bits of its pixels")):
             file = data_set(truth, **{name: value for name, value in attributes.items() if not name.startswith("Overlay")})
@@ -521,7 +514,7 @@ class DicomOdd(ReaderTest):
                 self.assert_same(samples, truth[None].astype("int16"))
                 self.assert_refused(64, said, "encode", "a.dcm", "-o", "b.tag", "-f", "--max-error", "5")
         # The same as the slope is nothing new.
-        self.save("a.dcm", data_set(truth, RealWorldValueMappingSequence=of(RealWorldValueSlope=1.0, RealWorldValueIntercept=-1024.0)))
+        self.save("a.dcm", data_set(truth, RealWorldValueMappingSequence=sequence(RealWorldValueSlope=1.0, RealWorldValueIntercept=-1024.0)))
         self.encoded("a.dcm")
         self.assertEqual(self.messages, "")
 

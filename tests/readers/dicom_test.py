@@ -1,7 +1,4 @@
-"""DICOM: series that pydicom writes, in all transfer syntaxes that other people's tools make, and files that others made.
-
-    dicom_test.py PROGRAM
-"""
+"""DICOM: series that pydicom writes, in all transfer syntaxes that other people's tools make, and files that others made."""
 
 import json
 import pathlib
@@ -11,60 +8,7 @@ import subprocess
 import unittest
 
 from other_readers import PROGRAM, ReaderTest, main, nibabel, numpy, pydicom, some
-
-LITTLE, IMPLICIT, BIG = "1.2.840.10008.1.2.1", "1.2.840.10008.1.2", "1.2.840.10008.1.2.2"
-CT, ENHANCED_CT = "1.2.840.10008.5.1.4.1.1.2", "1.2.840.10008.5.1.4.1.1.2.1"
-
-
-def volume(bits=12, shape=(7, 20, 31), signed=False):
-    random = numpy.random.default_rng(1)
-    low = -(1 << (bits - 1)) if signed else 0
-    return random.integers(low, low + (1 << bits), shape, "int64")
-
-
-def data_set(samples, series="1.2.3", instance="1.2.3.1", number=1, position=(0, 0, 0), syntax=LITTLE, **attributes):
-    """A file of one slice or, if `samples` has three axes, of many frames."""
-    meta = pydicom.dataset.FileMetaDataset()
-    meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID, meta.TransferSyntaxUID = CT, instance, syntax
-    file = pydicom.dataset.FileDataset("x", {}, file_meta=meta, preamble=b"\0" * 128)
-    file.is_little_endian, file.is_implicit_VR = syntax != BIG, syntax == IMPLICIT
-    file.SOPClassUID, file.SOPInstanceUID, file.SeriesInstanceUID, file.StudyInstanceUID = CT, instance, series, "1.2"
-    file.Modality, file.PatientName, file.PatientID = "CT", "Doe^Jane", "4711"
-    file.InstanceNumber, file.SamplesPerPixel, file.PhotometricInterpretation = number, 1, "MONOCHROME2"
-    file.Rows, file.Columns = samples.shape[-2:]
-    if samples.ndim == 3:
-        file.NumberOfFrames, file.SpacingBetweenSlices = samples.shape[0], 3
-    file.BitsAllocated, file.BitsStored, file.HighBit, file.PixelRepresentation = 16, 12, 11, 0
-    file.RescaleSlope, file.RescaleIntercept, file.RescaleType = 1, -1024, "HU"
-    if position is not None:
-        file.ImagePositionPatient = list(position)
-        file.ImageOrientationPatient = [1, 0, 0, 0, 1, 0]
-    file.PixelSpacing, file.SliceThickness = [0.5, 0.25], 3
-    for name, value in attributes.items():
-        if value is None:
-            delattr(file, name)
-        else:
-            setattr(file, name, value)
-    type = {8: "u1", 16: "u2", 32: "u4"}[file.BitsAllocated]
-    file.PixelData = (samples & ((1 << file.BitsAllocated) - 1)).astype(("<" if syntax != BIG else ">") + type).tobytes()
-    if syntax == BIG and type == "u1":  # bytes in words of two
-        file.PixelData = numpy.frombuffer(file.PixelData, "<u2").astype(">u2").tobytes()
-    if len(file.PixelData) % 2:
-        file.PixelData += b"\0"
-    file["PixelData"].VR = "OW"
-    return file
-
-
-def claim(path, syntax):
-    """Gives a file another transfer syntax, whatever that is."""
-    content = path.read_bytes()
-    data = content[144 + int.from_bytes(content[140:144], "little"):]
-    meta = pydicom.dataset.FileMetaDataset()
-    meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID, meta.TransferSyntaxUID = CT, "1.2.3.1", syntax
-    with open(path, "wb") as file:
-        file.write(bytes(128) + b"DICM")
-        pydicom.filewriter.write_file_meta_info(file, meta)
-        file.write(data)
+from scans import BIG, IMPLICIT, LITTLE, data_set, enhanced_ct, volume, write_series
 
 
 @unittest.skipIf(pydicom is None, "there is no pydicom on this machine")
@@ -379,27 +323,8 @@ class Dicom(ReaderTest):
 
     def test_many_frames_in_one_file(self):
         truth = volume()
-        file = data_set(truth, SOPClassUID=ENHANCED_CT, ImageOrientationPatient=None, ImagePositionPatient=None, PixelSpacing=None)
-        Dataset, Sequence = pydicom.Dataset, pydicom.Sequence
-        def of(**attributes):
-            item = Dataset()
-            for name, value in attributes.items():
-                setattr(item, name, value)
-            return Sequence([item])
-        del file.RescaleSlope, file.RescaleIntercept
-        shared = Dataset()
-        shared.PlaneOrientationSequence = of(ImageOrientationPatient=[1, 0, 0, 0, 1, 0])
-        shared.PixelMeasuresSequence = of(PixelSpacing=[0.5, 0.25], SliceThickness=1)
-        shared.PixelValueTransformationSequence = of(RescaleSlope=1, RescaleIntercept=-1024, RescaleType="HU")
-        file.SharedFunctionalGroupsSequence = Sequence([shared])
         order = [3, 1, 0, 6, 5, 2, 4]
-        frames = []
-        for z in order:
-            frame = Dataset()
-            frame.PlanePositionSequence = of(ImagePositionPatient=[1, 2, 3 + z * 1.5])
-            frame.FrameContentSequence = of(InStackPositionNumber=z + 1, StackID="1")
-            frames.append(frame)
-        file.PerFrameFunctionalGroupsSequence = Sequence(frames)
+        file = enhanced_ct(truth, order)
         self.save("a.dcm", file)
         samples, info = self.encoded("a.dcm")
         expected = numpy.empty_like(truth)

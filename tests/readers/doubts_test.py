@@ -1,13 +1,11 @@
-"""What encode was in doubt about is in the .tag file, and nothing is said of values that nobody knows.
-
-    doubts_test.py PROGRAM
-"""
+"""What encode was in doubt about is in the .tag file, and nothing is said of values that nobody knows."""
 
 import shutil
 import subprocess
 import unittest
 
 from other_readers import PROGRAM, ReaderTest, h5py, main, nibabel, numpy, pydicom, tifffile
+from scans import data_set
 
 SHAPE = (8, 9, 10)
 
@@ -27,8 +25,6 @@ class Doubts(ReaderTest):
 
     def sources_of_unknown_scale(self):
         """Names of files, and words of the doubt."""
-        from dicom_test import data_set
-
         for z in range(3):
             path = self.folder / "s" / f"{z}.dcm"
             path.parent.mkdir(exist_ok=True)
@@ -43,8 +39,6 @@ class Doubts(ReaderTest):
 
     def slices_with_a_table(self, folder="t", **attributes):
         """Slices whose values are 5 * sample + 7, by a table; not all of them have it."""
-        from dicom_test import data_set
-
         for z in range(3):
             path = self.folder / folder / f"{z}.dcm"
             path.parent.mkdir(exist_ok=True)
@@ -116,13 +110,6 @@ class Doubts(ReaderTest):
         self.assertEqual(*made)
         self.assert_refused(64, "give --coarsen as well", "mesh", "a.tag", "--samples", "-o", "c.vtu")
 
-    def test_white_that_is_zero_is_told_when_a_picture_is_written(self):
-        tifffile.imwrite(self.folder / "a.tif", self.samples(), photometric="miniswhite")
-        self.run_ok("encode", "a.tif", "-o", "a.tag")
-        self.assertIn("WhiteIsZero", self.info("a.tag")["source"]["pairs"]["not understood"])
-        self.assertIn("WhiteIsZero", self.tagrid("info", "a.tag").stdout)
-        self.assertEqual(self.run_ok("decode", "a.tag", "-o", "b.tif").count("WhiteIsZero"), 1)
-
     def test_a_spacing_that_is_unknown_is_said_when_it_becomes_1(self):
         tifffile.imwrite(self.folder / "a.tif", self.samples(), photometric="minisblack")
         self.run_ok("encode", "a.tif", "-o", "a.tag")
@@ -186,19 +173,6 @@ class Doubts(ReaderTest):
         self.run_ok("encode", "a.nrrd", "-o", "a.tag")
         self.assertRegex(self.tagrid("info", "a.tag").stdout, r"\nphysical size +5 x 4.5 x 10.5 mm\n")
 
-    def test_a_grid_that_may_be_too_fine_is_warned_of_where_a_mesh_is_asked_for(self):
-        samples = (self.samples() * 16).astype("uint16")
-        warning = (f"a.tag: samples span {samples.min()} to {samples.max()}, but the grid was made for 0 to 4096, the usual range of uint16: "
-                   "it may be finer than you want; encode with --range auto if it is")
-        for bound in ("0", "5"):
-            self.assertNotIn("range", self.run_ok("encode", self.nrrd(samples=samples), "-o", "a.tag", "-f", "--max-error", bound))
-            for command in (("mesh", "-o", "a.vtu"), ("surface", "--iso", "20000", "-o", "a.ply"), ("preview", "-o", "a.png")):
-                self.assertIn(warning, self.run_ok(command[0], "a.tag", "-f", *command[1:]))
-        # Nothing but a grid is asked for.
-        self.assertIn("it may be finer than you want", self.run_ok("encode", "a.nrrd", "-o", "a.tag", "-f", "--grid-only"))
-        self.run_ok("encode", "a.nrrd", "-o", "a.tag", "-f", "--range", "auto")
-        self.assertNotIn("range", self.run_ok("mesh", "a.tag", "-fo", "a.vtu"))
-
     def test_a_grid_that_misses_a_mask_is_warned_of_where_a_mesh_is_asked_for(self):
         small = (self.samples() > 1500).astype("uint8")
         mask = numpy.kron(small, numpy.ones((4, 4, 4), "uint8"))
@@ -231,16 +205,6 @@ class Doubts(ReaderTest):
         (self.folder / "d").mkdir()
         for arguments in (("verify", "d"), ("preview", "d", "-o", "x.png"), ("info", "d"), ("decode", "d", "-o", "x.nrrd"), ("mesh", "d", "-o", "x.vtu")):
             self.assert_refused(64, "d: is a directory, not a .tag file; encode it first", *arguments)
-        (self.folder / "p.mha").write_bytes(b"ObjectType = Image\nNDims = 3\n")
-        self.assert_refused(65, "this is not a .tag file, but a MetaImage file; encode it first", "mesh", "p.mha", "-o", "x.vtu")
-        self.assert_refused(64, "a.nrrd: is a file; --find takes a directory", "convert", "--find", "a.nrrd")
-        with open(self.folder / "a.nii.xz", "wb") as file:
-            subprocess.run(["xz", "-c", "a.nrrd"], cwd=self.folder, stdout=file, check=True)
-        self.assert_refused(65, "a.nii.xz: is compressed (xz): `xzcat a.nii.xz | tagrid encode - -o a.tag`", "encode", "a.nii.xz", "-o", "x.tag")
-        subprocess.run(["tar", "cf", "a.tar", "a.nrrd"], cwd=self.folder, check=True)
-        self.assert_refused(65, "a.tar: is a tar archive; unpack it first", "encode", "a.tar", "-o", "x.tag")
-        (self.folder / "a.zip").write_bytes(b"PK\x03\x04" + bytes(100))
-        self.assert_refused(65, "a.zip: is a zip archive; unpack it first", "encode", "a.zip", "-o", "x.tag")
         self.assert_refused(64, "--max-error -3 must be a finite number of at least 0", "encode", "a.nrrd", "-o", "x.tag", "--max-error=-3")
         self.nrrd("rescale_slope:=1.19\nrescale_intercept:=0\n", name="r.nrrd")
         self.assertIn("3 allows 2 steps of the stored samples (1.19 each)", self.run_ok("encode", "r.nrrd", "-o", "r.tag", "--max-error", "3"))

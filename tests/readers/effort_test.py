@@ -1,7 +1,4 @@
-"""Archives of small series: how often files are opened, made durable, and readers started, as strace counts it.
-
-    effort_test.py PROGRAM
-"""
+"""Archives of small series: how often files are opened, made durable, and readers started, as strace counts it."""
 
 import collections
 import re
@@ -12,6 +9,7 @@ import time
 import unittest
 
 from other_readers import IS_SANITIZED, PROGRAM, ReaderTest, main, numpy, pydicom
+from scans import data_set, write_series
 
 SERIES, SLICES = 6, 5
 CALLS = "open,openat,execve,fsync,fdatasync"
@@ -30,15 +28,9 @@ def can_trace():
 @unittest.skipIf(IS_SANITIZED, "sanitized readers start anew for each volume")
 class Effort(ReaderTest):
     def write_series(self, folder_of):
-        from dicom_test import data_set
-
         for series in range(SERIES):
-            folder = self.folder / folder_of(series)
-            folder.mkdir(parents=True, exist_ok=True)
             samples = numpy.random.default_rng(series).integers(0, 4096, (SLICES, 32, 32))
-            for z, slice in enumerate(samples):
-                file = data_set(slice, series=f"1.2.3.{series}", instance=f"1.2.3.{series}.{z}", number=z, position=(0, 0, z))
-                file.save_as(folder / f"s{series}z{z}.dcm", write_like_original=False)
+            write_series(self.folder / folder_of(series), samples, names=f"s{series}z{{}}.dcm", series=f"1.2.3.{series}")
         time.sleep(4.5)  # what changed a moment ago may change once more
 
     def traced(self, *arguments):
@@ -84,7 +76,6 @@ class Effort(ReaderTest):
 
     def test_all_volumes_of_a_set_are_those_of_its_files(self):
         """Each volume has files of its own, plain ones or compressed ones."""
-        from dicom_test import data_set
         from pydicom.fileset import FileSet
 
         truth = numpy.random.default_rng(1).integers(0, 4096, (2, 4, 32, 32))

@@ -1,7 +1,4 @@
-"""convert --find: each volume of a disk once, under a name that stays, and a word on everything else.
-
-    find_test.py PROGRAM
-"""
+"""convert --find: each volume of a disk once, under a name that stays, and a word on everything else."""
 
 import importlib
 import itertools
@@ -12,30 +9,20 @@ import shutil
 import subprocess
 import unittest
 
-from other_readers import PROGRAM, ReaderTest, h5py, main, nibabel, numpy, pydicom, tifffile
+from other_readers import PROGRAM, ArchiveTest, h5py, main, nibabel, numpy, pydicom, tifffile
+from scans import data_set
 
 
 @unittest.skipIf(None in (numpy, nibabel, pydicom, tifffile, h5py), "libraries are missing")
-class Find(ReaderTest):
-    def volume(self, seed, shape=(4, 9, 11)):
-        return numpy.random.default_rng(seed).integers(0, 4000, shape, "uint16")
-
-    def path(self, name):
-        path = self.folder / "a" / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return path
+class Find(ArchiveTest):
+    archive = "a"
 
     def nrrd(self, name, seed=1):
         self.write_nrrd(self.path(name), self.volume(seed))
 
     def dicom(self, folder, uid, seed, slices=4):
-        from dicom_test import data_set
-
-        for z, slice in enumerate(self.volume(seed, (slices, 9, 11))):
-            file = data_set(slice, series=uid, instance=f"{uid}.{z}", position=(0, 0, z), RescaleIntercept=0)
-            file.StudyDate, file.StudyTime, file.StudyID = "20200101", "120000", "1"
-            file.SeriesNumber = 1
-            self.save(self.path(f"{folder}/{uid}-{z}.dcm"), file)
+        self.write_dicom(f"{folder}/{uid}-{{}}.dcm", uid, self.volume(seed, (slices, 9, 11)), StudyDate="20200101", StudyTime="120000",
+                         StudyID="1", SeriesNumber=1)
 
     def find(self, *options):
         """The output of each line, with the rest of the line; and all comments. Of names of series, the UIDs alone."""
@@ -102,8 +89,6 @@ class Find(ReaderTest):
         self.assertEqual(self.find()[0], {})
 
     def test_a_broken_image_hides_no_other_series_and_every_file_is_named(self):
-        from dicom_test import data_set
-
         self.dicom("two", "1.1", 1)
         self.dicom("two", "2.2", 2)
         broken = self.path("two/1.1-3.dcm")
@@ -164,7 +149,7 @@ class Find(ReaderTest):
         self.assertLess(set(before), set(after))
         self.assertEqual({name: after[name] for name in before}, before)
         self.convert("-q", "--skip-done")
-        records = [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()]
+        records = self.records()
         self.assertEqual([record["status"] for record in records].count("ok"), len(after))
         self.assertEqual([record["status"] for record in records].count("skipped"), 2 * len(before))
 
@@ -179,7 +164,7 @@ class Find(ReaderTest):
         self.assertEqual(before[:2], [other, one])
         self.assertRegex(before[2], f"^{re.escape(other)}-[0-9a-f]{{8}}$")
         self.convert("-q")
-        records = self.results()
+        records = self.records()
         self.nrrd(one, 7)
         self.find()
         self.assertEqual(self.outputs[:2] + self.outputs[3:], [one, other, before[2]])
@@ -189,15 +174,12 @@ class Find(ReaderTest):
         for options in (["--skip-done"], ["--remove-verified"]):
             run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", "-q", *options)
             self.assertEqual(run.returncode, 65, run.stderr)
-            record, = (record for record in self.results()[len(records):] if record["output"] == f"{one}.tag"
+            record, = (record for record in self.records()[len(records):] if record["output"] == f"{one}.tag"
                        and record["code"] != 0)
             self.assertRegex(record["error"], "is not known to be made from|is recorded as made from")
             self.assertTrue(self.path(one).exists())
             self.assertEqual((self.folder / "out" / f"{one}.tag").read_bytes(), tag)
-            records = self.results()
-
-    def results(self):
-        return [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()]
+            records = self.records()
 
     def test_names_of_outputs_differ_in_more_than_their_ending(self):
         with h5py.File(self.path("a.h5"), "w") as file:
@@ -300,8 +282,6 @@ class Find(ReaderTest):
 
     def test_volumes_of_one_series_are_told_apart(self):
         """The same ones as of their directory, each once."""
-        from dicom_test import data_set
-
         for echo, z in itertools.product((2, 5), range(3)):
             file = data_set(self.volume(echo)[z], series="1.2.3", instance=f"1.{echo}.{z}", position=(0, 0, z), EchoTime=str(echo), SeriesDescription="T2\nmap")
             self.save(self.path(f"s/{echo}{z}.dcm"), file)
@@ -336,8 +316,6 @@ class Find(ReaderTest):
             file["g"] = self.volume(2)
         self.dicom("s", "1.2.3", 1)
         for z in range(3):
-            from dicom_test import data_set
-
             file = data_set(self.volume(2, (3, 5, 7))[z], series="1.2.3", instance=f"9.{z}", position=(0, 0, z), RescaleIntercept=0)
             self.save(self.path(f"s/small{z}.dcm"), file)
         found, _ = self.find()

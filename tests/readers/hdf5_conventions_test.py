@@ -1,8 +1,5 @@
 """Where samples lie in HDF5 files of programs that say so beside the samples, each written by hand as its convention has it
-(h5py writes and reads), and what nobody understands.
-
-    hdf5_conventions_test.py PROGRAM
-"""
+(h5py writes and reads), and what nobody understands."""
 
 import math
 import unittest

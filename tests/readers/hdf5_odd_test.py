@@ -1,6 +1,4 @@
 """HDF5 files that are odd: what cannot be read is not what is absent, and what leads nowhere is said by name. h5py judges.
-
-    hdf5_odd_test.py PROGRAM
 """
 
 import os
@@ -92,6 +90,11 @@ class Odd(ReaderTest):
         self.with_attributes(spacing=[0., 1, 1])
         self.assertIsNone(self.described()["geometry"]["spacing"])
         self.assertIn('spacing is "0 1 1"', self.messages)
+        # A spacing of nan is what decode writes for an unknown one.
+        self.with_attributes(spacing=[1., numpy.nan, 1], origin=[1., numpy.nan, 3])
+        geometry = self.described()["geometry"]
+        self.assertEqual((geometry["spacing"], geometry["origin"]), ([1, None, 1], None))
+        self.assertIn("nan", self.messages)
         self.with_attributes(directions=[1., 0, 0, 0, 1, 0, 1, 1, 0], spacing_units=5)
         self.described()
         self.assertIn("directions is", self.messages)
@@ -118,7 +121,7 @@ class Odd(ReaderTest):
 
     def test_a_scale_that_cannot_be_read_allows_no_bound(self):
         for attributes, text in ((dict(scale_factor="a"), 'scale_factor is "a"'), (dict(scale_factor=""), "scale_factor is empty"), (dict(scale_factor=[1., 2]), 'scale_factor is "1 2"'),
-                                 (dict(scale_factor=0.), 'scale_factor is "0"'), (dict(add_offset=numpy.nan), 'add_offset is "nan"'), (dict(rescale_slope="1.000,5"), '"1.000,5"'),
+                                 (dict(scale_factor=0.), 'scale_factor is "0"'), (dict(add_offset=numpy.nan), 'add_offset is "nan"'), (dict(rescale_slope="1.000,5"), '"1.000,5"'), (dict(rescale_slope="2;5"), '"2;5"'),
                                  (dict(scale_factor=2., rescale_slope=3.), "another scale"), (dict(_Unsigned="true"), '_Unsigned is "true"')):
             self.with_attributes(**attributes)
             self.described()

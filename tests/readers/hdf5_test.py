@@ -1,7 +1,4 @@
-"""HDF5: data sets that h5py writes.
-
-    hdf5_test.py PROGRAM
-"""
+"""HDF5: data sets that h5py writes."""
 
 import itertools
 import unittest

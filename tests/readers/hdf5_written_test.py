@@ -1,7 +1,4 @@
-"""HDF5 and VTKHDF that decode writes: h5py reads them, and tagrid reads them again.
-
-    hdf5_written_test.py PROGRAM
-"""
+"""HDF5 and VTKHDF that decode writes: h5py reads them, and tagrid reads them again."""
 
 import itertools
 import json
@@ -131,26 +128,6 @@ class Written(Hdf5Test):
             source = self.encoded("c.h5")[1]["source"]
             self.assertEqual((source["fields"], source["pairs"]), ({}, {"hdf5_dataset": "/x"}), header)
 
-    def test_bounds_are_for_values(self):
-        truth = self.encode(fields="rescale_slope:=0.5\nrescale_intercept:=3\n")
-        self.decode("b.h5")
-        self.ok("encode", "b.h5", "-o", "c.tag", "--max-error", "50", "--range", "auto")
-        self.decode("c.raw", tag="c.tag")
-        samples = numpy.fromfile(self.folder / "c.raw", "<i2").reshape(truth.shape).astype(int)
-        error = numpy.abs(samples - truth).max()
-        self.assertTrue(50 < error <= 100, error)
-
-    def test_regions_and_steps(self):
-        truth = self.encode(shape=(9, 19, 23), fields=placed(OBLIQUE))
-        region = ("--region", "2:12,4:10,1:7", "--step", "2")
-        self.decode("region.nrrd", *region)
-        run = self.tagrid("encode", "region.nrrd", "-o", "region.tag", "--range", "auto")
-        for name in FORMATS:
-            self.decode(name, *region)
-            info = self.encodes(truth[2:7:2, 4:10:2, 2:12:2], name, "--range", "auto", what=name)
-            expected = self.info("region.tag")
-            self.assertEqual(info["geometry"], expected["geometry"])
-
     def test_equal_volumes_give_equal_bytes(self):
         self.encode(fields=placed(OBLIQUE) + "Modality:=CT\n")
         for name, format in FORMATS.items():
@@ -172,20 +149,12 @@ class Written(Hdf5Test):
             self.assertEqual((self.folder / name).read_bytes()[:9], b"\x89HDF\r\n\x1a\n\0")
 
     def test_what_is_lost_is_said(self):
-        self.encode(fields="rescale_slope:=2\nrescale_intercept:=0\nslice_positions:=0 0 0; 0 0 1\n")
+        """lost_test.py has what else is lost."""
+        self.encode(fields="rescale_slope:=2\nrescale_intercept:=0\n", shape=(1, 5, 6))
         self.assertEqual(self.decode("b.h5"), "")
         said = self.decode("b.vtkhdf")
-        self.assertEqual(said.count("slope"), 1, said)
         self.assertIn("values are 2 * sample + 0, but VTK's image data has no place for slope and intercept; --values writes values", said)
-        self.assertIn("slice_positions", said)
-        self.encode(shape=(1, 5, 6))
-        self.assertEqual(self.decode("b.h5"), "")
-        self.assertIn("one sample along an axis", self.decode("b.vtkhdf"))
-        self.encode(fields=placed(OBLIQUE))
-        self.assertEqual(self.decode("b.h5"), "")
-        self.assertIn("VTK 9.1 ignores the directions", self.decode("b.vtkhdf"))
-        self.encode(fields=placed(((0.5, 0, 0), (0, 0.25, 0), (0, 0, 3))))
-        self.assertEqual(self.decode("b.vtkhdf"), "")
+        self.assertIn("one sample along an axis", said)
 
     def test_formats_and_reports_name_the_program(self):
         self.encode()
@@ -284,20 +253,15 @@ class VtkhdfOfOthers(ReaderTest):
         self.assert_refused(65, 'holds "UnstructuredGrid", which is no volume', "encode", "a.vtkhdf")
 
     def test_what_makes_no_sense_gives_no_geometry(self):
-        for attributes in (dict(Spacing=[1., 0, 1]), dict(Spacing=[1., numpy.nan, 1]), dict(WholeExtent=[0, 1, 0, 1, 0, 1]), dict(Origin=[1.]),
-                           dict(Direction=[0.] * 9), dict(Spacing=numpy.bytes_("x"))):
+        for attributes, text in ((dict(Spacing=[1., 0, 1]), ""), (dict(Spacing=[1., numpy.nan, 1]), ""),
+                                 (dict(WholeExtent=[0, 1, 0, 1, 0, 1]), ""), (dict(Origin=[1.]), ""),
+                                 (dict(Direction=[0.] * 9), ""), (dict(Spacing=numpy.bytes_("x")), ""),
+                                 (dict(Direction=[1., 0, 0]), 'is "1 0 0", which is not 9 numbers'), (dict(Direction="up"), 'is "up"'),
+                                 (dict(Direction=[numpy.nan] * 9), "is"), (dict(Spacing="a b c"), 'is "a b c"')):
             truth = self.write(**attributes)
             info = self.encodes(truth, "a.vtkhdf")
             self.assertIsNone(info["geometry"]["spacing"], attributes)
-            self.assertIn(f"VTKHDF file: {next(iter(attributes))} ", self.messages)
-
-    def test_attributes_that_cannot_be_read_are_quoted(self):
-        for attributes, text in ((dict(Direction=[1., 0, 0]), 'Direction is "1 0 0", which is not 9 numbers'), (dict(Direction="up"), 'Direction is "up"'),
-                                 (dict(Direction=[numpy.nan] * 9), "Direction is"), (dict(Spacing="a b c"), 'Spacing is "a b c"')):
-            truth = self.write(**attributes)
-            info = self.encodes(truth, "a.vtkhdf")
-            self.assertIsNone(info["geometry"]["spacing"], attributes)
-            self.assertIn(text, self.messages)
+            self.assertIn(f"VTKHDF file: {next(iter(attributes))} {text}", self.messages)
         self.write(Spacing="0,5 0,25 2")
         self.assertEqual(self.encoded("a.vtkhdf")[1]["geometry"]["spacing"], [0.5, 0.25, 2])
         self.assertIn("decimal comma", self.messages)

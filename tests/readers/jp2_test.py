@@ -1,7 +1,4 @@
-"""JPEG 2000: slices that OpenJPEG's own program compresses.
-
-    jp2_test.py PROGRAM
-"""
+"""JPEG 2000: slices that OpenJPEG's own program compresses."""
 
 import shutil
 import struct

@@ -1,7 +1,4 @@
-"""What a format cannot hold is said, and what is not said comes back: other people's libraries find it in the file.
-
-    lost_test.py PROGRAM
-"""
+"""What a format cannot hold is said, and what is not said comes back: other people's libraries find it in the file."""
 
 import itertools
 import json

@@ -1,7 +1,4 @@
-"""Limits on the memory of programs that read and write formats: they keep to -M, and what messages advise helps.
-
-    memory_test.py PROGRAM
-"""
+"""Limits on the memory of programs that read and write formats: they keep to -M, and what messages advise helps."""
 
 import json
 import os

@@ -1,7 +1,4 @@
-"""Meshes that mesh writes: VTK, Gmsh, meshio and h5py find the same points, tetrahedra and data in all of them.
-
-    mesh_test.py PROGRAM
-"""
+"""Meshes that mesh writes: VTK, Gmsh, meshio and h5py find the same points, tetrahedra and data in all of them."""
 
 import itertools
 import json

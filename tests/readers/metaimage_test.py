@@ -1,7 +1,4 @@
-"""MetaImage: files as MetaIO writes them, and the geometry that ITK reads from them (through plastimatch).
-
-    metaimage_test.py PROGRAM
-"""
+"""MetaImage: files as MetaIO writes them, and the geometry that ITK reads from them (through plastimatch)."""
 
 import itertools
 import shutil

@@ -1,13 +1,9 @@
-"""MRC maps: those of Python's mrcfile, and headers made by the description of MRC2014 and by that of IMOD.
-
-    mrc_test.py PROGRAM
-"""
+"""MRC maps: those of Python's mrcfile, and headers made by the description of MRC2014 and by that of IMOD."""
 
 import struct
-import subprocess
 import unittest
 
-from other_readers import PROGRAM, ReaderTest, main, mrcfile, numpy, random_samples
+from other_readers import ReaderTest, main, mrcfile, numpy, random_samples
 
 MODES = {"int8": 0, "int16": 1, "float32": 2, "uint16": 6}
 IMOD = 1146047817
@@ -160,14 +156,6 @@ class Mrc(ReaderTest):
         nan = float("nan")
         self.write("a.mrc", header(truth.shape, 1, cell=(nan, 7, 5), origin=(nan, 0, 0), angles=(nan, 0, 0), limits=(nan, nan)), truth.tobytes())
         self.assertEqual(self.encodes(truth, "a.mrc", says="not a number")["geometry"]["spacing"], [None, 1, 1])
-
-    def test_from_a_pipe(self):
-        truth = random_samples("int16", (5, 7, 9))
-        run = subprocess.run([PROGRAM, "encode", "-", "-o", "a.tag"], cwd=self.folder, input=header(truth.shape, 1, ">", extended=8) + bytes(8) + swapped(truth, ">"),
-                             stderr=subprocess.PIPE)
-        self.assertEqual(run.returncode, 0, run.stderr)
-        self.ok("decode", "a.tag", "-o", "a.npy")
-        self.assert_same(numpy.load(self.folder / "a.npy"), truth)
 
     @unittest.skipIf(mrcfile is None, "there is no mrcfile on this machine")
     def test_maps_of_mrcfile(self):

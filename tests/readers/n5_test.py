@@ -1,6 +1,4 @@
 """N5: containers of zarr-python's N5Store, and those of a writer by the specification (https://github.com/saalfeldlab/n5).
-
-    n5_test.py PROGRAM
 """
 
 import gzip

@@ -1,17 +1,13 @@
-"""NIfTI: samples and geometry are those that nibabel writes and reads.
-
-    nifti_test.py PROGRAM
-"""
+"""NIfTI: samples and geometry are those that nibabel writes and reads."""
 
 import gzip
 import itertools
 import pathlib
 import shutil
 import struct
-import subprocess
 import unittest
 
-from other_readers import PROGRAM, ReaderTest, main, nibabel, numpy, random_samples, some
+from other_readers import ReaderTest, main, nibabel, numpy, random_samples, some
 
 TYPES = ["uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"]
 
@@ -61,15 +57,6 @@ class Nifti(ReaderTest):
             self.assert_affine(info, nibabel.load(self.folder / name).affine)
             for file in self.folder.glob("a.*"):
                 file.unlink()
-
-    def test_a_pipe_gives_the_same_file(self):
-        for name in ("a.nii", "a.nii.gz"):
-            self.write(name, volume("int16"), oblique())
-            self.encoded(name)
-            self.encoded(name, "--strip")
-            run = subprocess.run(f"cat {name} | {PROGRAM} encode --strip -q - | cmp - out.tag", shell=True,
-                                 cwd=self.folder)
-            self.assertEqual(run.returncode, 0)
 
     def test_sform_goes_before_qform_and_both_are_kept(self):
         def edit(header):

@@ -1,7 +1,4 @@
-"""NumPy's .npy files: arrays that numpy saved, and arrays that numpy loads.
-
-    npy_test.py PROGRAM
-"""
+"""NumPy's .npy files: arrays that numpy saved, and arrays that numpy loads."""
 
 import io
 import struct
@@ -61,15 +58,6 @@ class Npy(ReaderTest):
             self.assert_same(numpy.load(self.folder / "back.npy"), several)
             self.ok("restore", "all.tag", "-o", "back")
             self.assertEqual((self.folder / "back" / name).read_bytes(), (self.folder / name).read_bytes())
-
-    def test_from_a_pipe(self):
-        truth = random_samples("uint16", (5, 7, 9))
-        run = subprocess.run([PROGRAM, "encode", "-", "-o", "a.tag"], cwd=self.folder, input=npy(truth), stderr=subprocess.PIPE)
-        self.assertEqual(run.returncode, 0, run.stderr)
-        self.ok("decode", "a.tag", "-o", "a.npy")
-        self.assert_same(numpy.load(self.folder / "a.npy"), truth)
-        run = subprocess.run([PROGRAM, "encode", "-", "-o", "a.tag", "-f"], cwd=self.folder, input=npy(truth)[:-1], stderr=subprocess.PIPE)
-        self.assertEqual(run.returncode, 65, run.stderr)
 
     def test_numpy_loads_what_is_decoded(self):
         for type in TYPES:

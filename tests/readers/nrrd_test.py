@@ -1,7 +1,4 @@
-"""NRRD: what teem writes is read, compressed or with other than three axes, and places samples where teem places them.
-
-    nrrd_test.py PROGRAM
-"""
+"""NRRD: what teem writes is read, compressed or with other than three axes, and places samples where teem places them."""
 
 import bz2
 import gzip

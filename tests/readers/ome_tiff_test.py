@@ -1,6 +1,4 @@
 """OME-TIFF: order, spacing and completeness are those of the XML, whichever file or folder is named; tifffile is the judge.
-
-    ome_tiff_test.py PROGRAM
 """
 
 import json

@@ -1,7 +1,4 @@
-"""Files of formats that tagrid does not read: the refusal names the format, and what it advises is right.
-
-    other_formats_test.py PROGRAM
-"""
+"""Files of formats that tagrid does not read: the refusal names the format, and what it advises is right."""
 
 import io
 import re

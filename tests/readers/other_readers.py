@@ -1,7 +1,7 @@
 """What the tests of readers share: volumes go through tagrid and come back as arrays of NumPy.
 
 Files are written and read by other people's libraries, so that tagrid agrees with them, not with itself. A test whose
-library is missing says so and passes.
+library is missing says so and passes. The program is the argument of each test.
 """
 
 import importlib
@@ -13,6 +13,9 @@ import subprocess
 import sys
 import tempfile
 import unittest
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import scans  # noqa: E402
 
 PROGRAM = pathlib.Path(sys.argv[1]).resolve()
 IS_SANITIZED = b"__asan_init" in PROGRAM.read_bytes()
@@ -157,18 +160,17 @@ class ReaderTest(unittest.TestCase):
             (self.folder / name).unlink()
         shutil.rmtree(self.folder / "restored")
 
+    def records(self):
+        """Those of `convert` to the directory out."""
+        return [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_bytes().decode().splitlines()]
+
     def save(self, name, file):
         """Writes a data set of pydicom."""
         (self.folder / name).parent.mkdir(exist_ok=True)
         file.save_as(self.folder / name, write_like_original=False)
 
     def write_nrrd(self, name, samples, fields=""):
-        """Writes an attached NRRD file with further lines in its header."""
-        type = {"float32": "float", "float64": "double"}.get(str(samples.dtype), samples.dtype)
-        header = f"NRRD0005\ntype: {type}\ndimension: 3\nsizes: {' '.join(map(str, samples.shape[::-1]))}\n" + \
-            "encoding: raw\nendian: little\n"
-        fields = fields if isinstance(fields, bytes) else fields.encode()
-        (self.folder / name).write_bytes(header.encode() + fields + b"\n" + samples.tobytes())
+        (self.folder / name).write_bytes(scans.nrrd(samples, fields))
 
     def assert_same(self, samples, truth, what=""):
         self.assertEqual(samples.shape, truth.shape, what)
@@ -181,3 +183,23 @@ class ReaderTest(unittest.TestCase):
         self.assertIn(text, run.stderr)
         self.assertTrue(run.stderr.startswith("tagrid: "), run.stderr)
         return run.stderr
+
+
+class ArchiveTest(ReaderTest):
+    """Volumes in a directory of which each test knows the name."""
+    archive = "archive"
+
+    def volume(self, seed, shape=(4, 9, 11)):
+        import numpy
+
+        return numpy.random.default_rng(seed).integers(0, 4000, shape, "uint16")
+
+    def path(self, name):
+        path = self.folder / self.archive / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return path
+
+    def write_dicom(self, name, uid, samples, **attributes):
+        """`name`: of a file, with {} for the number of its slice."""
+        path = self.path(name)
+        scans.write_series(path.parent, samples, names=path.name, series=uid, first=0, RescaleIntercept=0, **attributes)

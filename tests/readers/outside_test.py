@@ -1,7 +1,4 @@
-"""Headers that name files outside of their directory: refused, and read with an option, after a warning.
-
-    outside_test.py PROGRAM
-"""
+"""Headers that name files outside of their directory: refused, and read with an option, after a warning."""
 
 import os
 import struct

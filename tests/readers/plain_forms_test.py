@@ -1,7 +1,5 @@
 """Files whose samples are compressed come back as the same data set, uncompressed, with all their tags and attributes.
 
-    plain_forms_test.py PROGRAM
-
 What comes back is read by other people's libraries. See restored_test.py for NRRD, NIfTI and MetaImage in gzip and for JPEG in DICOM.
 """
 
@@ -14,6 +12,7 @@ import subprocess
 import unittest
 
 from other_readers import Image, PROGRAM, ReaderTest, h5py, main, numpy, pydicom, tifffile
+from scans import data_set
 
 # Tags of TIFF that say how samples are stored.
 BITS, COMPRESSION, STRIPS, ROWS, COUNTS = 258, 259, 273, 278, 279
@@ -360,8 +359,6 @@ class PlainForms(ReaderTest):
     # DICOM, NRRD
 
     def write_deflated(self, folder, truth):
-        from dicom_test import data_set
-
         os.makedirs(self.folder / folder, exist_ok=True)
         for z, slice in enumerate(truth):
             file = data_set(slice, instance=f"1.2.{z}", position=(0, 0, z))

@@ -1,7 +1,4 @@
-"""PNG: folders of gray slices, with Pillow's files and those of a writer of our own as the truth.
-
-    png_test.py PROGRAM
-"""
+"""PNG: folders of gray slices, with Pillow's files and those of a writer of our own as the truth."""
 
 import json
 import struct

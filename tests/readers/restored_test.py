@@ -1,9 +1,6 @@
 """Source files come back byte for byte, or it is said which do not, and why.
 
-    restored_test.py PROGRAM
-
-The tests of all formats restore what they encode, too: see ReaderTest.encoded().
-"""
+The tests of all formats restore what they encode, too: see ReaderTest.encoded()."""
 
 import gzip
 import json
@@ -16,8 +13,26 @@ import unittest
 import zlib
 
 from other_readers import PROGRAM, ReaderTest, main, nibabel, numpy, pydicom, unless_sanitized
+from scans import data_set, write_series
 
 NRRD = b"NRRD0004\n# a comment \xff\ntype: %s\ndimension: 3\nsizes: 11 9 4\nendian: %s\nencoding: raw\nkey:=value\n\n"
+
+# A reader that does something while its file is used.
+CHANGING = """#!/usr/bin/python3
+import json, os, struct, sys
+WHOLE = {"answer": "volume", "dims": [11, 9, 4], "type": "uint16", "places": [{"slices": 4}], "complete": True}
+at = os.environ["TAGRID_CHANGE_AT"]
+%s
+print(json.dumps({"tagrid-reader": 1, "name": "change", "version": "1"}), flush=True)
+for request in map(json.loads, sys.stdin):
+    if request["request"] != "describe":
+        slices(request)
+        continue
+    with open(request["path"] + ".opened", "a+") as file:
+        file.write("x")
+        opened = file.tell()
+    print(json.dumps(describe(request["path"], opened)), flush=True)
+"""
 
 
 @unittest.skipIf(None in (numpy, pydicom, nibabel), "libraries are missing")
@@ -68,8 +83,6 @@ class Restored(ReaderTest):
             self.assertEqual(a.read(), b.read())
 
     def dicom_series(self, high_bits, signed):
-        from dicom_test import data_set
-
         os.makedirs(self.folder / "s", exist_ok=True)
         truth = self.volume()
         for z, slice in enumerate(truth):
@@ -108,14 +121,9 @@ class Restored(ReaderTest):
         self.assertIn("source files: identical except for samples\n", run.stdout)
 
     def test_a_grid_alone_stays_in_the_range_of_the_bits(self):
-        from dicom_test import data_set
-
-        os.mkdir(self.folder / "s")
         z, y, x = numpy.mgrid[0:20, 0:24, 0:24]
         truth = numpy.where((x - 12) ** 2 + (y - 12) ** 2 + (z - 10) ** 2 < 50, 4095, 0).astype("uint16")
-        for z, slice in enumerate(truth):
-            data_set(slice, instance=f"1.2.{z}", position=(0, 0, z), BitsStored=12, HighBit=11,
-                     PixelRepresentation=0).save_as(self.folder / "s" / f"{z:02}.dcm", write_like_original=False)
+        write_series(self.folder / "s", truth, names="{:02}.dcm")
         self.ok("encode", "s", "-o", "a.tag", "--grid-only", "--max-error", "5")
         self.ok("restore", "a.tag", "-o", "r")
         for z, slice in enumerate(truth):
@@ -200,123 +208,97 @@ class Restored(ReaderTest):
         self.assert_refused(64, "a/b: is a directory; give a .tag file", "restore", "a/b", "-o", "k")
         self.assertEqual(self.files(), before | {"b.tag"})
 
+    def change_by(self, code):
+        """Makes a reader of .change files with this describe(path, opened), whose file was described so often."""
+        self.write("tagrid-read-change", (CHANGING % code).encode())
+        os.chmod(self.folder / "tagrid-read-change", 0o755)
+
+    def encode_changing(self, at, *options, **environment):
+        self.write("scan.change", self.volume())
+        for old in ("scan.change.opened", "scan.tag", "new.change"):
+            (self.folder / old).unlink(missing_ok=True)
+        environment |= {"TAGRID_READER_PATH": str(self.folder), "TAGRID_CHANGE_AT": str(at)}
+        run = subprocess.run([PROGRAM, "encode", self.folder / "scan.change", "-o", "scan.tag", *options], cwd=self.folder,
+                             text=True, stderr=subprocess.PIPE, env=os.environ | environment)
+        if "--rm" in options:
+            self.assertEqual((self.folder / "scan.change").exists(), run.returncode != 0, run.stderr)
+        return run
+
     def test_a_source_that_changes_within_the_bound_is_not_removed(self):
-        self.write("tagrid-read-change", b"""#!/usr/bin/python3
-import json, os, struct, sys
-def describe(path):
-    with open(path + ".opened", "a+") as file:
-        file.write("x")
-        opened = file.tell()
-    if opened == int(os.environ["TAGRID_CHANGE_AT"]):
+        self.change_by("""
+def describe(path, opened):
+    if str(opened) == at:
         with open(path, "r+b") as file:
             value, = struct.unpack("<H", file.read(2))
             file.seek(0)
             file.write(struct.pack("<H", value + 1))
-    return {"answer": "volume", "dims": [11, 9, 4], "type": "uint16", "places": [{"slices": 4}], "complete": True}
-print(json.dumps({"tagrid-reader": 1, "name": "change", "version": "1"}), flush=True)
-for request in map(json.loads, sys.stdin):
-    print(json.dumps(describe(request["path"])), flush=True)
+    return WHOLE
 """)
-        os.chmod(self.folder / "tagrid-read-change", 0o755)
-        codes = []
+        codes = set()
         for change_at in range(1, 9):
-            self.write("scan.change", self.volume())
-            (self.folder / "scan.change.opened").unlink(missing_ok=True)
-            run = subprocess.run([PROGRAM, "encode", "scan.change", "--max-error", "5", "--rm", "-f"], cwd=self.folder, text=True, stderr=subprocess.PIPE,
-                                 env=os.environ | {"TAGRID_READER_PATH": str(self.folder), "TAGRID_CHANGE_AT": str(change_at)})
-            opened = (self.folder / "scan.change.opened").stat().st_size
-            codes.append(run.returncode)
-            self.assertEqual((self.folder / "scan.change").exists(), run.returncode != 0, run.stderr)
+            run = self.encode_changing(change_at, "--max-error", "5", "--rm")
+            codes.add(run.returncode)
             if run.returncode != 0:
                 self.assertEqual(run.returncode, 65, run.stderr)
                 self.assertIn("scan.change: was changed while it was being read", run.stderr)
                 self.assertFalse((self.folder / "scan.tag").exists())
             else:
                 # Either before anything was read, or never.
+                opened = (self.folder / "scan.change.opened").stat().st_size
                 self.assertTrue(change_at <= 2 or change_at > opened, (change_at, opened))
-            (self.folder / "scan.tag").unlink(missing_ok=True)
         self.assertIn(65, codes)
 
     def test_a_source_that_changes_with_its_time_set_back(self):
         """It is never removed, and is not a bug of the program; without --rm, a warning says that a comparison is needed."""
-        self.write("tagrid-read-change", b"""#!/usr/bin/python3
-import json, os, sys
+        self.change_by("""
 def change(path):
     status = os.stat(path)
     with open(path, "r+b") as file:
         file.write(b"other")
     os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))
-def describe(path):
-    with open(path + ".opened", "a+") as file:
-        file.write("x")
-        if str(file.tell()) == os.environ["TAGRID_CHANGE_AT"]:
-            change(path)
-    places = {} if os.environ["TAGRID_CHANGE_AT"] == "slices" else {"places": [{"slices": 4}]}
-    return {"answer": "volume", "dims": [11, 9, 4], "type": "uint16", "complete": True, **places}
-print(json.dumps({"tagrid-reader": 1, "name": "change", "version": "1"}), flush=True)
-for request in map(json.loads, sys.stdin):
-    if request["request"] == "describe":
-        print(json.dumps(describe(request["path"])), flush=True)
-    else:
-        change("scan.change")
-        print(json.dumps({**request, "answer": "slices"}), flush=True)
-        sys.stdout.buffer.write(bytes(198 * (request["to"] - request["from"])))
-        sys.stdout.flush()
+def describe(path, opened):
+    if str(opened) == at:
+        change(path)
+    return {key: value for key, value in WHOLE.items() if at != "slices" or key != "places"}
+def slices(request):
+    change("scan.change")
+    print(json.dumps({**request, "answer": "slices"}), flush=True)
+    sys.stdout.buffer.write(bytes(198 * (request["to"] - request["from"])))
+    sys.stdout.flush()
 """)
-        os.chmod(self.folder / "tagrid-read-change", 0o755)
         codes = set()
-        for change_at, options in ((2, ["--rm"]), (3, ["--rm"]), (4, ["--rm"]), ("slices", []), ("slices", ["--resume"])):
-            self.write("scan.change", self.volume())
-            for old in ("scan.change.opened", "scan.tag"):
-                (self.folder / old).unlink(missing_ok=True)
-            run = subprocess.run([PROGRAM, "encode", "scan.change", *options], cwd=self.folder, text=True, stderr=subprocess.PIPE,
-                                 env=os.environ | {"TAGRID_READER_PATH": str(self.folder), "TAGRID_CHANGE_AT": str(change_at)})
-            if change_at == "slices":
-                self.assertEqual(run.returncode, 0, run.stderr)
-                self.assertIn("scan.change: its metadata changed while it was read (ctime",
-                              run.stderr)
-                continue
+        for change_at in (2, 3, 4):
+            run = self.encode_changing(change_at, "--rm")
             codes.add(run.returncode)
             if run.returncode != 0:
                 self.assertEqual(run.returncode, 65, run.stderr)
                 self.assertIn("scan.change: was changed", run.stderr)
-            self.assertEqual((self.folder / "scan.change").exists(), run.returncode != 0)
         self.assertIn(65, codes)
+        for options in ([], ["--resume"]):
+            run = self.encode_changing("slices", *options)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertIn("scan.change: its metadata changed while it was read (ctime", run.stderr)
 
     def test_another_file_that_breaks_or_comes_between_encoding_and_verification(self):
         """It is named, and is not a bug of the program."""
-        self.write("tagrid-read-change", b"""#!/usr/bin/python3
-import json, os, sys
-def describe(path):
+        self.change_by("""
+def describe(path, opened):
     folder = os.path.dirname(path)
-    with open(path + ".opened", "a+") as file:
-        file.write("x")
-        if file.tell() < int(os.environ["TAGRID_CHANGE_AT"]):
-            return {"answer": "volume", "dims": [11, 9, 4], "type": "uint16", "places": [{"slices": 4}], "complete": True}
+    if opened < int(at):
+        return WHOLE
     if os.environ["TAGRID_CHANGE"] == "breaks":
         return {"answer": "error", "kind": "input", "message": folder + "/other.change: is damaged"}
     with open(folder + "/new.change", "wb") as file:
         file.write(bytes(198))
-    return {"answer": "volume", "dims": [11, 9, 5], "type": "uint16", "files": [path, folder + "/new.change"],
-            "places": [{"slices": 4}, {"file": 1, "slices": 1}], "complete": True}
-print(json.dumps({"tagrid-reader": 1, "name": "change", "version": "1"}), flush=True)
-for request in map(json.loads, sys.stdin):
-    print(json.dumps(describe(request["path"])), flush=True)
+    return WHOLE | {"dims": [11, 9, 5], "files": [path, folder + "/new.change"],
+                    "places": [{"slices": 4}, {"file": 1, "slices": 1}]}
 """)
-        os.chmod(self.folder / "tagrid-read-change", 0o755)
         for change, said in (("breaks", "/other.change: is damaged"), ("comes", "/new.change: became a file of ")):
             seen = set()
             for change_at in range(2, 9):
-                self.write("scan.change", self.volume())
-                for old in ("scan.change.opened", "scan.tag", "new.change"):
-                    (self.folder / old).unlink(missing_ok=True)
-                run = subprocess.run([PROGRAM, "encode", self.folder / "scan.change", "-o", "scan.tag", "--rm"], cwd=self.folder, text=True,
-                                     stderr=subprocess.PIPE,
-                                     env=os.environ | {"TAGRID_READER_PATH": str(self.folder), "TAGRID_CHANGE_AT": str(change_at),
-                                                       "TAGRID_CHANGE": change})
+                run = self.encode_changing(change_at, "--rm", TAGRID_CHANGE=change)
                 self.assertNotIn("bug", run.stderr)
                 self.assertIn(run.returncode, (0, 64, 65), run.stderr)
-                self.assertEqual((self.folder / "scan.change").exists(), run.returncode != 0, run.stderr)
                 seen |= {line for line in (said, "while") if line in run.stderr} if run.returncode == 65 else set()
             self.assertEqual(seen, {said, "while"})
 
@@ -417,8 +399,6 @@ for request in map(json.loads, sys.stdin):
 
     @unittest.skipIf(shutil.which("gdcmconv") is None or shutil.which("dcmcrle") is None, "there are no gdcmconv and dcmcrle on this machine")
     def test_compressed_dicom_comes_back_as_the_same_data_set(self):
-        from dicom_test import data_set
-
         truth = self.volume(shape=(4, 9, 11))
         for option in ("--rle", "--jpeg", "--jpegls", "--j2k", "dcmcrle"):
             shutil.rmtree(self.folder / "s", ignore_errors=True)
@@ -452,8 +432,6 @@ for request in map(json.loads, sys.stdin):
 
     @unittest.skipIf(shutil.which("gdcmconv") is None, "there is no gdcmconv on this machine")
     def test_dicom_that_has_no_plain_form_is_not_kept(self):
-        from dicom_test import data_set
-
         data_set(self.volume(), BitsStored=16, HighBit=15).save_as(self.folder / "a.dcm", write_like_original=False)
         subprocess.run(["gdcmconv", "--j2k", "a.dcm", "b.dcm"], cwd=self.folder, check=True)
         narrow = pydicom.dcmread(self.folder / "b.dcm")

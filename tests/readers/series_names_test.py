@@ -1,15 +1,12 @@
-"""Names of volumes in one series or folder: each means the same volume, whatever else comes or goes.
-
-    series_names_test.py PROGRAM
-"""
+"""Names of volumes in one series or folder: each means the same volume, whatever else comes or goes."""
 
 import itertools
-import json
 import re
 import shutil
 import unittest
 
 from other_readers import ReaderTest, main, numpy, pydicom, tifffile
+from scans import data_set
 
 UID = "1.2.840.99.7"
 
@@ -18,8 +15,6 @@ UID = "1.2.840.99.7"
 class SeriesNames(ReaderTest):
     def slices(self, folder, name, samples, first=0, **attributes):
         """Slices of the one series, with positions from `first` on."""
-        from dicom_test import data_set
-
         (self.folder / folder).mkdir(exist_ok=True)
         for z, slice in enumerate(samples):
             given = {"number": z + 1, "position": (0, 0, first + z)} | attributes
@@ -63,9 +58,6 @@ class SeriesNames(ReaderTest):
 
     def convert(self, *options):
         return self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", "-q", *options)
-
-    def records(self):
-        return [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()]
 
     def write_list(self, lines):
         (self.folder / "list.tsv").write_text("".join(line + "\n" for line in lines))

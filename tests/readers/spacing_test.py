@@ -1,7 +1,4 @@
-"""Voxel sizes: what files state is what other people's libraries wrote, and what users give is what these read back.
-
-    spacing_test.py PROGRAM
-"""
+"""Voxel sizes: what files state is what other people's libraries wrote, and what users give is what these read back."""
 
 import math
 import os

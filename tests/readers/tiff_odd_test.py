@@ -1,7 +1,4 @@
-"""TIFF files with odd tags: read as tifffile and Pillow read them, refused by name, or said.
-
-    tiff_odd_test.py PROGRAM
-"""
+"""TIFF files with odd tags: read as tifffile and Pillow read them, refused by name, or said."""
 
 import shutil
 import struct

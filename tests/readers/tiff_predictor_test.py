@@ -1,10 +1,7 @@
 """Floats of TIFF files with a predictor, in both byte orders: read as the standard says, or refused.
 
 tiffcp (libtiff) writes the files, and for little-endian ones its uncompressed copy is read by tifffile. An encoder here,
-which follows Adobe's TIFF Technical Note 3, writes big-endian files as other programs do; libtiff 4.5 swaps their bytes.
-
-    tiff_predictor_test.py PROGRAM
-"""
+which follows Adobe's TIFF Technical Note 3, writes big-endian files as other programs do; libtiff 4.5 swaps their bytes."""
 
 import shutil
 import subprocess

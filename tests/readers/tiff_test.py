@@ -1,7 +1,4 @@
-"""TIFF: the samples are those that tifffile wrote, whatever the layout of the file.
-
-    tiff_test.py PROGRAM
-"""
+"""TIFF: the samples are those that tifffile wrote, whatever the layout of the file."""
 
 import itertools
 import os
@@ -259,6 +256,8 @@ class Tiff(ReaderTest):
         self.write_packed("a.tif", truth, 4, "<", meaning=0)
         self.assert_same(self.encoded("a.tif")[0][0], truth)
         self.assertIn("WhiteIsZero", self.messages)
+        self.assertIn("WhiteIsZero", self.info("out.tag")["source"]["pairs"]["not understood"])
+        self.assertIn("WhiteIsZero", self.ok("decode", "out.tag", "-o", "b.tif").stderr)
         # Of a directory, messages about all of it name the directory.
         (self.folder / "s").mkdir()
         for z in range(3):

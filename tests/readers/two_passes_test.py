@@ -1,6 +1,4 @@
 """Bounds that follow from the samples are the same whatever the format, and whether the samples come from a file or a pipe.
-
-    two_passes_test.py PROGRAM
 """
 
 import gzip

@@ -1,7 +1,4 @@
-"""What decode writes opens elsewhere as the values that it means: HU in other people's programs.
-
-    values_test.py PROGRAM
-"""
+"""What decode writes opens elsewhere as the values that it means: HU in other people's programs."""
 
 import itertools
 import json
@@ -11,6 +8,7 @@ import subprocess
 import unittest
 
 from other_readers import PROGRAM, ReaderTest, h5py, main, nibabel, numpy, pydicom, tifffile, vtk_image, vtk_numpy
+from scans import write_series
 from seen_by_others import PLAIN, SCALED, by_plastimatch, by_teem, seen
 
 SHAPE = (5, 19, 23)
@@ -165,7 +163,8 @@ class Values(ReaderTest):
         samples = stored("uint16", 0, 4000, (19, 33, 41))
         self.encode(samples, "rescale_slope:=1\nrescale_intercept:=-1024\n")
         truth = samples.astype(int) - 1024
-        formats = {"b.nrrd": "nrrd", "b.mha": "metaimage", "b.tif": "tiff", "b.vti": "vti", "b.raw": "raw", "b.vtkhdf": "vtkhdf", "b.nii.gz": "nifti.gz"}
+        formats = {"b.nrrd": "nrrd", "b.mha": "metaimage", "b.tif": "tiff", "b.vti": "vti", "b.raw": "raw", "b.vtkhdf": "vtkhdf",
+                   "b.h5": "hdf5", "b.nii": "nifti", "b.nii.gz": "nifti.gz"}
         for (name, format), options in itertools.product(formats.items(), ((), ("--values",), ("--samples",))):
             self.decode(name, *options)
             expected = (self.folder / name).read_bytes()
@@ -244,21 +243,7 @@ class Values(ReaderTest):
     @unittest.skipIf(pydicom is None, "there is no pydicom")
     def test_a_ct_series_of_16_stored_bits_opens_in_hounsfield_units(self):
         samples = stored("uint16", 0, 4000)
-        (self.folder / "s").mkdir()
-        for z, slice in enumerate(samples):
-            meta = pydicom.dataset.FileMetaDataset()
-            meta.TransferSyntaxUID, meta.MediaStorageSOPClassUID = "1.2.840.10008.1.2.1", "1.2.840.10008.5.1.4.1.1.2"
-            meta.MediaStorageSOPInstanceUID = f"1.2.3.{z}"
-            file = pydicom.dataset.FileDataset("x", {}, file_meta=meta, preamble=b"\0" * 128)
-            file.is_little_endian, file.is_implicit_VR = True, False
-            for key, value in dict(SOPClassUID=meta.MediaStorageSOPClassUID, SOPInstanceUID=f"1.2.3.{z}", SeriesInstanceUID="1.2.3", Modality="CT",
-                                   Rows=slice.shape[0], Columns=slice.shape[1], BitsAllocated=16, BitsStored=16, HighBit=15, PixelRepresentation=0,
-                                   SamplesPerPixel=1, PhotometricInterpretation="MONOCHROME2", RescaleSlope="1", RescaleIntercept="-1024",
-                                   RescaleType="HU", ImagePositionPatient=["0", "0", str(z * 2)], ImageOrientationPatient=["1", "0", "0", "0", "1", "0"],
-                                   PixelSpacing=["0.5", "0.5"], InstanceNumber=str(z + 1)).items():
-                setattr(file, key, value)
-            file.PixelData = slice.tobytes()
-            self.save(f"s/{z}.dcm", file)
+        write_series(self.folder / "s", samples, step=2, BitsStored=16, HighBit=15)
         self.ok("encode", "s", "-o", "a.tag")
         for name in PLAIN + SCALED:
             self.decode(name)

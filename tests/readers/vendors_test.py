@@ -1,7 +1,4 @@
-"""Volumes as scanners' own programs write them: VGStudio, Nikon, Scanco, PyHST, VFF, and folders of samples alone.
-
-    vendors_test.py PROGRAM
-"""
+"""Volumes as scanners' own programs write them: VGStudio, Nikon, Scanco, PyHST, VFF, and folders of samples alone."""
 
 import shutil
 import struct

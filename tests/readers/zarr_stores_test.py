@@ -1,8 +1,5 @@
 """Zarr hierarchies that are large, deep, lost in part, or written by Python: nothing is lost without a word. zarr-python
-judges what a chunk is.
-
-    zarr_stores_test.py PROGRAM
-"""
+judges what a chunk is."""
 
 import base64
 import itertools

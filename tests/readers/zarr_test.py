@@ -1,7 +1,4 @@
-"""Zarr and OME-Zarr: arrays of version 2 that python3-zarr writes, and of version 3.
-
-    zarr_test.py PROGRAM
-"""
+"""Zarr and OME-Zarr: arrays of version 2 that python3-zarr writes, and of version 3."""
 
 import itertools
 import json

@@ -1,9 +1,6 @@
 """OME-Zarr that `decode` writes, as zarrita.js reads it.
 
-    zarr_written_test.py PROGRAM
-
-zarrita is looked for in the directory of the environment variable TAGRID_NODE_MODULES; see CONTRIBUTING.md.
-"""
+zarrita is looked for in the directory of the environment variable TAGRID_NODE_MODULES; see CONTRIBUTING.md."""
 
 import json
 import os

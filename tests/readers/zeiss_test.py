@@ -1,6 +1,4 @@
 """Zeiss TXM and TXRM: compound files (OLE2) of a writer by the specification of Microsoft ([MS-CFB]), which olefile reads, too.
-
-    zeiss_test.py PROGRAM
 """
 
 import struct

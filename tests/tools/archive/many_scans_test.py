@@ -7,33 +7,25 @@ The scans are parts of the volumes in ../shared/data where these are present, ot
 pydicom), NRRD, NIfTI and MetaImage, of many patients. TAGRID_SCANS: how many (100). With TAGRID_LONG, 1000 larger ones,
 several GB. At the end it prints what docs/scale.md shows."""
 
-import hashlib
 import json
 import os
 import random
 import resource
 import signal
-import struct
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 from pathlib import Path
 
-try:
-    import numpy
-except ImportError as missing:
-    print(f"skipped: {missing} (python3-numpy)")
-    sys.exit(0)
-try:
-    from pydicom.dataset import FileDataset, FileMetaDataset
-    from pydicom.uid import CTImageStorage, ExplicitVRLittleEndian, generate_uid
-except ImportError as missing:
-    FileDataset = None
-    print(f"without DICOM: {missing} (python3-pydicom)")
+sys.path.append(str(Path(__file__).resolve().parents[1] / "commands"))
+from program import TAGRID, ProgramTest, digests, numpy
 
-PROGRAM = Path(sys.argv.pop(1)).resolve()
+import scans
+from scans import pydicom
+
+if pydicom is None:
+    print("without DICOM: there is no pydicom on this machine (python3-pydicom)")
 LONG = bool(os.environ.get("TAGRID_LONG"))
 COUNT = int(os.environ.get("TAGRID_SCANS", "1000" if LONG else "100"))
 SIZE = (150, 140, 100) if LONG else (40, 36, 12)  # x, y, z of the largest scan
@@ -54,58 +46,29 @@ def sources(folder):
     print("the scans are phantoms, as there is no ../shared/data")
     nx, ny, nz = (n + 30 for n in SIZE)
     for seed in range(3):
-        subprocess.run([PROGRAM, "phantom", "--dims", f"{nx},{ny},{nz}", "--seed", str(seed), "-qfo", folder / "p.raw"], check=True)
+        subprocess.run([TAGRID, "phantom", "--dims", f"{nx},{ny},{nz}", "--seed", str(seed), "-qfo", folder / "p.raw"], check=True)
         volumes.append(numpy.fromfile(folder / "p.raw", "<i2").reshape(nz, ny, nx))
     (folder / "p.raw").unlink()
     return volumes
 
 
 def write_dicom(folder, samples, patient, date, spacing):
-    folder.mkdir(parents=True)
-    series, study = generate_uid(), generate_uid()
-    for i, plane in enumerate(samples):
-        meta = FileMetaDataset()
-        meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID = CTImageStorage, generate_uid()
-        meta.TransferSyntaxUID = ExplicitVRLittleEndian
-        image = FileDataset("", {}, file_meta=meta, preamble=bytes(128))
-        image.SpecificCharacterSet = "ISO_IR 192"
-        image.SOPClassUID, image.SOPInstanceUID = CTImageStorage, meta.MediaStorageSOPInstanceUID
-        image.PatientName, image.PatientID = patient, f"ID-{patient[-3:]}"
-        image.StudyDate, image.Modality, image.SeriesInstanceUID, image.StudyInstanceUID = date, "CT", series, study
-        image.InstanceNumber, image.ImagePositionPatient = i + 1, [0, 0, spacing[2] * i]
-        image.ImageOrientationPatient, image.PixelSpacing = [1, 0, 0, 0, 1, 0], [spacing[1], spacing[0]]
-        image.Rows, image.Columns = plane.shape
-        image.SamplesPerPixel, image.PhotometricInterpretation = 1, "MONOCHROME2"
-        image.BitsAllocated, image.BitsStored, image.HighBit, image.PixelRepresentation = 16, 16, 15, 1
-        image.RescaleSlope, image.RescaleIntercept, image.PixelData = 1, -1024, plane.tobytes()
-        image.is_little_endian, image.is_implicit_VR = True, False
-        image.save_as(folder / f"IM{i:04}.dcm", write_like_original=False)
+    scans.write_series(folder, samples, step=spacing[2], names="IM{:04}.dcm", series=pydicom.uid.generate_uid(),
+                       SpecificCharacterSet="ISO_IR 192", PatientName=patient, PatientID=f"ID-{patient[-3:]}",
+                       StudyDate=date, PixelSpacing=[spacing[1], spacing[0]], BitsStored=16, HighBit=15,
+                       PixelRepresentation=1)
 
 
 def write_nrrd(path, samples, spacing):
-    nz, ny, nx = samples.shape
-    header = (f"NRRD0004\ntype: short\ndimension: 3\nsizes: {nx} {ny} {nz}\nspacings: {spacing[0]} {spacing[1]} {spacing[2]}\n"
-              "encoding: raw\nendian: little\nfrom:=" + path.stem + "\n\n")
-    path.write_bytes(header.encode() + samples.tobytes())
+    path.write_bytes(scans.nrrd(samples, f"spacings: {' '.join(map(str, spacing))}\nfrom:={path.stem}\n"))
 
 
 def write_nifti(path, samples, spacing):
-    nz, ny, nx = samples.shape
-    header = bytearray(352)
-    struct.pack_into("<i", header, 0, 348)
-    struct.pack_into("<8h", header, 40, 3, nx, ny, nz, 1, 1, 1, 1)
-    struct.pack_into("<hh", header, 70, 4, 16)
-    struct.pack_into("<8f", header, 76, 1, *spacing, 0, 0, 0, 0)
-    struct.pack_into("<f", header, 108, 352)
-    header[344:348] = b"n+1\0"
-    path.write_bytes(bytes(header) + samples.tobytes())
+    path.write_bytes(scans.nifti(samples, spacing))
 
 
-def write_metaimage(path, samples, spacing):
-    nz, ny, nx = samples.shape
-    header = (f"ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nDimSize = {nx} {ny} {nz}\n"
-              f"ElementSpacing = {spacing[0]} {spacing[1]} {spacing[2]}\nElementType = MET_SHORT\nElementDataFile = LOCAL\n")
-    path.write_bytes(header.encode() + samples.tobytes())
+def write_meta_image(path, samples, spacing):
+    path.write_bytes(scans.meta_image(samples, f"ElementSpacing = {' '.join(map(str, spacing))}\n"))
 
 
 def make_scans(folder, count):
@@ -123,29 +86,22 @@ def make_scans(folder, count):
         spacing = [round(numbers.uniform(0.3, 0.9), 3)] * 2 + [round(numbers.uniform(0.5, 3), 2)]
         place = folder / "scans" / patient
         place.mkdir(parents=True, exist_ok=True)
-        kind = i % 5 if FileDataset else 2 + i % 3
+        kind = i % 5 if pydicom else 2 + i % 3
         if kind < 2:
             write_dicom(place / f"CT {i}", samples, patient, f"20{10 + i % 15:02}0{1 + i % 9}11", spacing)
         else:
-            write, end = [(write_nrrd, ".nrrd"), (write_nifti, ".nii"), (write_metaimage, ".mha")][kind - 2]
+            write, end = [(write_nrrd, ".nrrd"), (write_nifti, ".nii"), (write_meta_image, ".mha")][kind - 2]
             write(place / f"scan {i}{end}", samples, spacing)
     return total
 
 
-def digests(folder):
-    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
-            for path in folder.rglob("*") if path.is_file()}
-
-
-class ManyScans(unittest.TestCase):
+class ManyScans(ProgramTest):
     def setUp(self):
-        place = tempfile.TemporaryDirectory()
-        self.addCleanup(place.cleanup)
-        self.folder = Path(place.name)
+        super().setUp()
         self.figures = {}
 
     def begin(self, *arguments):
-        return subprocess.Popen([PROGRAM, *map(str, arguments)], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        return subprocess.Popen([TAGRID, *map(str, arguments)], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
     def end(self, process, code=0):
         printed, said = process.communicate()
@@ -204,7 +160,7 @@ class ManyScans(unittest.TestCase):
         self.timed("encode", encode)
         self.assertEqual(len(self.names("status=ok")), COUNT)
         self.timed("list", lambda: self.run_to_end("archive", "list", "tags"))
-        if FileDataset:
+        if pydicom:
             self.assertEqual(len(self.names("patient=*001")), 2)
 
         self.timed("check", lambda: self.run_to_end("archive", "check", "tags"))

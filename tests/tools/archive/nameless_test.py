@@ -16,20 +16,15 @@ import signal
 import sqlite3
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 from pathlib import Path
 
-try:
-    import numpy
-    from pydicom.dataset import FileDataset, FileMetaDataset
-    from pydicom.uid import CTImageStorage, ExplicitVRLittleEndian
-except ImportError as missing:
-    print(f"skipped: {missing} (python3-numpy, python3-pydicom)")
-    sys.exit(0)
+sys.path.append(str(Path(__file__).resolve().parents[1] / "commands"))
+from program import TAGRID, ProgramTest, digests, numpy
 
-PROGRAM = Path(sys.argv.pop(1)).resolve()
+import scans
+
 ROOT = Path(__file__).resolve().parents[3]
 LONG = "Q" * 300
 # Patients, as their headers name them; their names are nowhere else.
@@ -39,26 +34,10 @@ SECRETS = ["Zwiebelfisch", "Adelgunde", "Øresundsbro", "Þórbjörg", "Krummhö
 
 
 def write_dicom(folder, number, patient, date="20190506", slices=4):
-    folder.mkdir(parents=True)
-    samples = numpy.random.default_rng(number).integers(0, 400, (slices, 12, 14)).astype("<u2")
-    for i, plane in enumerate(samples):
-        meta = FileMetaDataset()
-        meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID = CTImageStorage, f"2.25.4711.{number}.9.{i + 1}"
-        meta.TransferSyntaxUID = ExplicitVRLittleEndian
-        image = FileDataset("", {}, file_meta=meta, preamble=bytes(128))
-        image.SpecificCharacterSet = "ISO_IR 192"
-        image.SOPClassUID, image.SOPInstanceUID = CTImageStorage, meta.MediaStorageSOPInstanceUID
-        image.PatientName, image.PatientID, image.PatientComments = patient[:64], f"PID-77{number:02}", "Geheimnis der Akte"
-        image.StudyDate, image.Modality = date, "CT"
-        image.StudyInstanceUID, image.SeriesInstanceUID = f"2.25.4711.{number}", f"2.25.4711.{number}.1"
-        image.InstanceNumber, image.ImagePositionPatient = i + 1, [0, 0, i]
-        image.ImageOrientationPatient, image.PixelSpacing, image.SliceThickness = [1, 0, 0, 0, 1, 0], [0.5, 0.5], 1
-        image.Rows, image.Columns = plane.shape
-        image.SamplesPerPixel, image.PhotometricInterpretation = 1, "MONOCHROME2"
-        image.BitsAllocated, image.BitsStored, image.HighBit, image.PixelRepresentation = 16, 16, 15, 0
-        image.PixelData = plane.tobytes()
-        image.is_little_endian, image.is_implicit_VR = True, False
-        image.save_as(folder / f"bild-{i}.dcm", write_like_original=False)
+    samples = numpy.random.default_rng(number).integers(0, 400, (slices, 12, 14))
+    scans.write_series(folder, samples, names="bild-{}.dcm", series=f"2.25.4711.{number}.1",
+                       StudyInstanceUID=f"2.25.4711.{number}", SpecificCharacterSet="ISO_IR 192", PatientName=patient[:64], PatientID=f"PID-77{number:02}",
+                       PatientComments="Geheimnis der Akte", StudyDate=date)
 
 
 def write_nrrd(path, number, size=10, patient="", pairs={}):
@@ -71,21 +50,14 @@ def write_nrrd(path, number, size=10, patient="", pairs={}):
     path.write_bytes(header.encode() + samples.tobytes())
 
 
-def digests(folder):
-    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
-            for path in sorted(folder.rglob("*")) if path.is_file()}
-
-
-class Nameless(unittest.TestCase):
+@unittest.skipIf(scans.pydicom is None, "there is no pydicom on this machine")
+class Nameless(ProgramTest):
     def setUp(self):
-        place = tempfile.TemporaryDirectory()
-        self.addCleanup(place.cleanup)
-        self.folder = Path(place.name)
+        super().setUp()
         self.originals = self.folder / "originale"
 
     def run_tagrid(self, *arguments, code=0):
-        done = subprocess.run([PROGRAM, *map(str, arguments)], cwd=self.folder, capture_output=True)
-        self.assertEqual(done.returncode, code, (arguments, done.stdout[-500:], done.stderr.decode(errors="replace")[-1500:]))
+        done = self.tagrid(*arguments, code=code)
         return done.stdout.decode(errors="surrogateescape"), done.stderr.decode(errors="surrogateescape")
 
     def make_originals(self, count=7):
@@ -244,7 +216,7 @@ class Nameless(unittest.TestCase):
     def run_shell(self, block, code=0):
         (self.folder / "bin").mkdir(exist_ok=True)
         if not (self.folder / "bin" / "tagrid").exists():
-            (self.folder / "bin" / "tagrid").symlink_to(PROGRAM)
+            (self.folder / "bin" / "tagrid").symlink_to(TAGRID)
         run = subprocess.run(["bash", "-e", "-o", "pipefail", "-c", f"PATH={self.folder}/bin:$PATH\n{block}"], cwd=self.folder, text=True,
                              capture_output=True)
         self.assertEqual(run.returncode, code, (block, run.stdout, run.stderr))
@@ -300,7 +272,7 @@ class Nameless(unittest.TestCase):
             os.chmod(self.folder, folder_mode)
             os.chown(keys, owner, owner)
             os.chmod(keys, mode)
-            run = subprocess.run([PROGRAM, "convert", "--manifest", "list.tsv", "--output-dir", "archive", "--keys", "keys.jsonl", "--strip"],
+            run = subprocess.run([TAGRID, "convert", "--manifest", "list.tsv", "--output-dir", "archive", "--keys", "keys.jsonl", "--strip"],
                                  cwd=self.folder, capture_output=True, text=True, user=65534, group=65534)
             self.assertEqual(run.returncode, 74, run.stderr)
             self.assertIn("keys.jsonl: convert adds the names of every volume to the key file, and cannot (", run.stderr)
@@ -401,7 +373,7 @@ class Nameless(unittest.TestCase):
         self.make_originals()
         self.find()
         for attempt in range(6):
-            process = subprocess.Popen([PROGRAM, "convert", "--manifest", "list.tsv", "--output-dir", "archive", "--keys", "keys.jsonl",
+            process = subprocess.Popen([TAGRID, "convert", "--manifest", "list.tsv", "--output-dir", "archive", "--keys", "keys.jsonl",
                                         "--strip", "--skip-done", "-q", "-T", "1"], cwd=self.folder, stderr=subprocess.DEVNULL)
             time.sleep(0.02 + 0.05 * attempt)
             process.send_signal(signal.SIGKILL)
@@ -428,7 +400,7 @@ class Nameless(unittest.TestCase):
     def test_two_runs_on_one_list_do_each_volume_once(self):
         self.make_originals()
         self.find()
-        runs = [subprocess.Popen([PROGRAM, "convert", "--manifest", "list.tsv", "--output-dir", "archive", "--keys", "keys.jsonl", "--strip",
+        runs = [subprocess.Popen([TAGRID, "convert", "--manifest", "list.tsv", "--output-dir", "archive", "--keys", "keys.jsonl", "--strip",
                                   "--skip-done", "-q", "-T", "1", "--shard", shard], cwd=self.folder, stderr=subprocess.PIPE)
                 for shard in ("0/1", "0/2", "1/2")]
         for run in runs:
@@ -572,9 +544,9 @@ class Nameless(unittest.TestCase):
                        {"keyed": 7}, {"options": [1]}, {"error": 7}, {"warnings": 7}, {"patient": {}}):
             first, *halves = whole.splitlines()
             keys.write_text("\n".join([first, *(json.dumps(json.loads(half) | change) for half in halves)]) + "\n")
-            listed = subprocess.run([PROGRAM, "archive", "list", "archive", "--keys", "keys.jsonl"], cwd=self.folder, capture_output=True)
+            listed = subprocess.run([TAGRID, "archive", "list", "archive", "--keys", "keys.jsonl"], cwd=self.folder, capture_output=True)
             self.assertIn(listed.returncode, (0, 64), (change, listed.stderr))
-            done = subprocess.run([PROGRAM, "convert", "--manifest", "list.tsv", "--output-dir", "archive", "--keys", "keys.jsonl", "--strip",
+            done = subprocess.run([TAGRID, "convert", "--manifest", "list.tsv", "--output-dir", "archive", "--keys", "keys.jsonl", "--strip",
                                    "--skip-done", "-q"], cwd=self.folder, capture_output=True)
             self.assertIn(done.returncode, (0, 65), (change, done.stderr))
 
@@ -613,7 +585,7 @@ class Nameless(unittest.TestCase):
         # Outputs have the headers now; records do not.
         for path in (self.folder / "archive").glob("*.jsonl"):
             self.assertEqual(self.names_in(path.read_text()), [])
-        process = subprocess.Popen([PROGRAM, "convert", "--manifest", "list.tsv", "--output-dir", "archive", "--keys", "keys.jsonl",
+        process = subprocess.Popen([TAGRID, "convert", "--manifest", "list.tsv", "--output-dir", "archive", "--keys", "keys.jsonl",
                                     "--remove-verified", "-q", "-T", "1"], cwd=self.folder)
         while process.poll() is None and digests(self.originals) == whole:
             time.sleep(0.005)

@@ -3,7 +3,6 @@ wherever it is; nothing is left of what was forgotten; an archive that was moved
 Usage: archive_test.py TAGRID. With TAGRID_LONG, also 100,000 outputs."""
 
 import fcntl
-import hashlib
 import json
 import os
 import resource
@@ -13,46 +12,23 @@ import subprocess
 import unittest
 from pathlib import Path
 
-from program import TAGRID, ProgramTest, numpy
+from program import TAGRID, ProgramTest, digests, numpy
 
-try:
-    from pydicom.dataset import FileDataset, FileMetaDataset
-    from pydicom.uid import CTImageStorage, ExplicitVRLittleEndian, generate_uid
-except ImportError as missing:
-    FileDataset = None
-    print(f"without DICOM: {missing} (python3-pydicom)")
+import scans
+from scans import pydicom
+
+if pydicom is None:
+    print("without DICOM: there is no pydicom on this machine (python3-pydicom)")
 
 PATIENTS = [("Schmidt^Anna", "P-4711", "20190101"), ("Müller^Öl", "P-4712", "20200131"), ("Smith^John", "P-4713", "20210504")]
 INDEX = "archive.sqlite"
 
 
-def write_series(folder, patient, number, date, seed, slices=3):
-    folder.mkdir(parents=True)
-    noise = numpy.random.default_rng(seed)
-    series, study = generate_uid(), generate_uid()
-    for i in range(slices):
-        meta = FileMetaDataset()
-        meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID = CTImageStorage, generate_uid()
-        meta.TransferSyntaxUID = ExplicitVRLittleEndian
-        image = FileDataset("", {}, file_meta=meta, preamble=bytes(128))
-        image.SpecificCharacterSet = ["ISO_IR 192", "ISO_IR 100"][seed % 2]
-        image.SOPClassUID, image.SOPInstanceUID = CTImageStorage, meta.MediaStorageSOPInstanceUID
-        image.PatientName, image.PatientID, image.StudyDate, image.Modality = patient, number, date, "CT"
-        image.SeriesInstanceUID, image.StudyInstanceUID, image.BodyPartExamined = series, study, "KNEE"
-        image.InstanceNumber, image.ImagePositionPatient = i + 1, [0, 0, 1.5 * i]
-        image.ImageOrientationPatient, image.PixelSpacing = [1, 0, 0, 0, 1, 0], [0.5, 0.7]
-        image.Rows, image.Columns, image.SamplesPerPixel, image.PhotometricInterpretation = 10, 14, 1, "MONOCHROME2"
-        image.BitsAllocated, image.BitsStored, image.HighBit, image.PixelRepresentation = 16, 16, 15, 1
-        image.RescaleSlope, image.RescaleIntercept = 1, -1024
-        image.PixelData = noise.integers(0, 900, (10, 14)).astype("<i2").tobytes()
-        image.is_little_endian, image.is_implicit_VR = True, False
-        image.save_as(folder / f"{i}.dcm", write_like_original=False)
-
-
-def contents(folder):
-    """Digests of all files below a directory, by name."""
-    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
-            for path in sorted(folder.rglob("*")) if path.is_file()}
+def write_patient(folder, patient, number, date, seed):
+    samples = numpy.random.default_rng(seed).integers(0, 900, (3, 10, 14))
+    scans.write_series(folder, samples, step=1.5, series=pydicom.uid.generate_uid(), StudyDate=date,
+                       SpecificCharacterSet=["ISO_IR 192", "ISO_IR 100"][seed % 2], PatientName=patient, PatientID=number,
+                       BodyPartExamined="KNEE", PixelSpacing=[0.5, 0.7], BitsStored=16, HighBit=15, PixelRepresentation=1)
 
 
 class Archive(ProgramTest):
@@ -62,11 +38,10 @@ class Archive(ProgramTest):
         for i in range(3):
             (self.scans / "plain").mkdir(parents=True, exist_ok=True)
             samples = numpy.random.default_rng(i).integers(0, 99 + i, (5, 6, 7 + i), dtype="u1")
-            header = f"NRRD0004\ntype: uchar\ndimension: 3\nsizes: {7 + i} 6 5\nencoding: raw\nnumber:={i}\n\n"
-            (self.scans / "plain" / f"v{i}.nrrd").write_bytes(header.encode() + samples.tobytes())
-        if FileDataset:
+            (self.scans / "plain" / f"v{i}.nrrd").write_bytes(scans.nrrd(samples, f"number:={i}\n"))
+        if pydicom:
             for i, patient in enumerate(PATIENTS):
-                write_series(self.scans / patient[0], *patient, seed=i)
+                write_patient(self.scans / patient[0], *patient, seed=i)
         self.list = self.folder / "list.tsv"
         self.list.write_bytes(self.tagrid("convert", "--find", "scans", "-q").stdout)
         self.convert()
@@ -130,7 +105,7 @@ class Archive(ProgramTest):
         self.assertEqual(paths.pop(), b"")
         self.assertEqual([path.decode() for path in paths], [f"tags/{name}" for name in self.outputs()])
 
-    @unittest.skipUnless(FileDataset, "pydicom is missing")
+    @unittest.skipUnless(pydicom, "pydicom is missing")
     def test_conditions_choose_what_python_would(self):
         entries = self.listed()
         patient = lambda entry: entry["pairs"].get("dicom_PatientName", "")  # noqa: E731
@@ -176,7 +151,7 @@ class Archive(ProgramTest):
 
     # The index follows from records and files, whatever becomes of it.
 
-    @unittest.skipIf(FileDataset is None, "there is no pydicom")
+    @unittest.skipIf(pydicom is None, "there is no pydicom")
     def test_a_long_reason_that_volumes_share_is_told_once(self):
         run = self.tagrid("convert", "--manifest", self.list, "--output-dir", "other", "--spacing", "3,3,3mm", code=65)
         said = [line for line in run.stderr.decode().splitlines() if "scans/" in line and "warning" not in line]
@@ -229,7 +204,7 @@ class Archive(ProgramTest):
         status = {entry["name"]: entry["status"] for entry in json.loads(run.stdout)}
         self.assertEqual((status["copy.tag"], status[other], status["no volume.tag"], status[name]),
                          ("unrecorded", "missing", "unreadable", "ok"))
-        for place in ("line 7 is not", "line 8 is not") if FileDataset else ("line 4 is not", "line 5 is not"):
+        for place in ("line 7 is not", "line 8 is not") if pydicom else ("line 4 is not", "line 5 is not"):
             self.assertIn(place, run.stderr.decode())
         # Nothing was removed for it, and the next record is read.
         with open(self.tags / "results.jsonl", "ab") as records:
@@ -251,7 +226,7 @@ class Archive(ProgramTest):
     # Checks.
 
     def test_rot_is_found_wherever_it_is_and_repaired(self):
-        whole = contents(self.tags)
+        whole = digests(self.tags)
         name = self.outputs()[-1]
         self.assertEqual(self.names("status!=ok"), [])
         for place in (0.001, 0.3, 0.6, 0.9, 0.999):
@@ -263,7 +238,7 @@ class Archive(ProgramTest):
             self.assertEqual((found["checked"], found["damaged"], found["repairable"]), (len(self.outputs()), 1, 1))
             self.assertEqual(self.names("status=damaged"), [name])
             self.tagrid("archive", "repair", "tags")
-            self.assertEqual({key: value for key, value in contents(self.tags).items() if key in whole and key != INDEX},
+            self.assertEqual({key: value for key, value in digests(self.tags).items() if key in whole and key != INDEX},
                              {key: value for key, value in whole.items() if key != INDEX})
             self.assertEqual(self.names("status!=ok"), [])
             # The same without an index that knows better.
@@ -324,7 +299,7 @@ class Archive(ProgramTest):
 
     # What is forgotten is gone.
 
-    @unittest.skipUnless(FileDataset, "pydicom is missing")
+    @unittest.skipUnless(pydicom, "pydicom is missing")
     def test_no_byte_of_a_name_is_left_and_the_archive_goes_on(self):
         self.tagrid("convert", "--manifest", self.list, "--output-dir", "tags", "--remove-verified", "--parity", "20%")
         self.tagrid("archive", "check", "tags")
@@ -332,20 +307,20 @@ class Archive(ProgramTest):
         self.tagrid("archive", "check", "tags", code=65)  # its error names the patient's file
         self.tagrid("archive", "forget", "tags", "patient=P-4712", code=64)  # nobody is there to agree
         self.assertEqual(len(self.names("patient=P-4712")), 1)
-        stays = {name: value for name, value in contents(self.tags).items() if name.endswith(".tag") and "Müller" not in name}
+        stays = {name: value for name, value in digests(self.tags).items() if name.endswith(".tag") and "Müller" not in name}
         self.tagrid("archive", "forget", "tags", "patient=P-4712", "--yes")
         for path in self.tags.rglob("*"):
             for word in ("Müller", "M\\u00fcller", "P-4712", "20200131", "2020-01-31"):
                 self.assertNotIn(word, path.name)
                 if path.is_file():
                     self.assertNotIn(word.encode(), path.read_bytes(), path)
-        self.assertEqual({name: value for name, value in contents(self.tags).items() if name.endswith(".tag")}, stays)
+        self.assertEqual({name: value for name, value in digests(self.tags).items() if name.endswith(".tag")}, stays)
         self.assertEqual(self.names("status!=ok"), [])
         self.tagrid("archive", "check", "tags")
         self.list.write_bytes(self.tagrid("convert", "--find", "scans", "-q").stdout)
         self.convert("--skip-done")
         self.tagrid("restore", "--records", "tags", "-o", "back")
-        self.assertEqual(len(contents(self.folder / "back")), 3 + 3 * 2)
+        self.assertEqual(len(digests(self.folder / "back")), 3 + 3 * 2)
 
     def test_names_are_alternatives_and_a_mistake_is_not_all_done(self):
         names = [name for name in self.outputs() if "v" in name.rpartition("/")[2]]
@@ -356,7 +331,7 @@ class Archive(ProgramTest):
                         ["export", "tags", "-o", "t", "--format", "nrrd"]):
             said = self.tagrid("archive", *command, "patient=Nobody", code=64).stderr.decode()
             self.assertIn("tags: no volume matches patient=Nobody", said)
-        if FileDataset:
+        if pydicom:
             known = [entry["name"] for entry in self.listed() if "dicom_PatientName" in entry["pairs"]]
             self.assertEqual(self.names("patient=*"), known)
             self.assertEqual(self.names("patient~"), known)
@@ -480,10 +455,10 @@ class Archive(ProgramTest):
     def test_a_run_that_writes_records_is_not_disturbed(self):
         with open(self.tags / "results.jsonl", "ab") as records:
             fcntl.flock(records, fcntl.LOCK_EX)
-            before = contents(self.tags)
+            before = digests(self.tags)
             self.tagrid("archive", "forget", "tags", "name=*", "--yes", code=75)
             self.tagrid("archive", "move", "tags", "--from", self.scans, "--to", self.folder, code=75)
-        self.assertEqual({k: v for k, v in contents(self.tags).items() if k != INDEX}, before)
+        self.assertEqual({k: v for k, v in digests(self.tags).items() if k != INDEX}, before)
 
     # Volumes leave the archive.
 
@@ -529,10 +504,10 @@ class Archive(ProgramTest):
         self.list.write_bytes(self.tagrid("convert", "--find", "elsewhere", "-q").stdout)
         run = self.convert("--skip-done", "-v")
         self.assertEqual(run.stderr.count(b": skipped"), len(self.outputs()))
-        whole = contents(self.folder / "elsewhere")
+        whole = digests(self.folder / "elsewhere")
         self.tagrid("convert", "--manifest", self.list, "--output-dir", "tags", "--remove-verified", "--parity", "20%")
         self.tagrid("restore", "--records", "tags")
-        self.assertEqual(contents(self.folder / "elsewhere"), whole)
+        self.assertEqual(digests(self.folder / "elsewhere"), whole)
 
     def test_archives_are_merged_and_split(self):
         parts = [self.folder / "one", self.folder / "two"]

@@ -5,6 +5,7 @@ import signal
 import socket
 import subprocess
 import time
+from pathlib import Path
 
 
 class LocalServer:
@@ -42,6 +43,12 @@ class LocalServer:
         with socket.create_connection(("127.0.0.1", self.port), timeout=20) as connection:
             connection.sendall(text)
             return connection.makefile("rb").readline().decode().strip()
+
+    def listening(self):
+        """Where it listens, as Linux has it."""
+        lines = [line.split() for table in ("tcp", "tcp6")
+                 for line in Path(f"/proc/{self.process.pid}/net/{table}").read_text().splitlines()[1:]]
+        return [words[1] for words in lines if words[3] == "0A" and words[1].endswith(f":{self.port:04X}")]
 
     def end(self, number=signal.SIGINT):
         self.process.send_signal(number)

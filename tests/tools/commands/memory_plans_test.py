@@ -1,9 +1,6 @@
 """What a plan says of memory is an upper bound, and not far above what runs of noise take.
 
-    memory_plans_test.py TAGRID
-
-Prints a table of plans and peaks. With TAGRID_LONG, that of every mode and type.
-"""
+Prints a table of plans and peaks. With TAGRID_LONG, that of every mode and type."""
 
 import json
 import math

@@ -1,6 +1,7 @@
 """What the tests of commands in Python share: the program, which is their argument, a directory, numpy and the second
 decoder. Without numpy, a test says so and passes."""
 
+import hashlib
 import json
 import subprocess
 import sys
@@ -9,7 +10,7 @@ import unittest
 from pathlib import Path
 
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "format"))
+sys.path[:0] = [str(Path(__file__).resolve().parents[2] / folder) for folder in ("format", "support")]
 
 try:
     import numpy
@@ -19,9 +20,15 @@ except ImportError as missing:
 
 import decoder  # noqa: E402
 
-__all__ = ["ProgramTest", "TAGRID", "decoder", "numpy"]
+__all__ = ["ProgramTest", "TAGRID", "decoder", "digests", "numpy"]
 
 TAGRID = Path(sys.argv.pop(1)).resolve()
+
+
+def digests(folder):
+    """Those of all files below a directory, by name."""
+    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+            for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
 class ProgramTest(unittest.TestCase):
@@ -34,7 +41,7 @@ class ProgramTest(unittest.TestCase):
         """Runs the program in the directory of the test. It must end with this code."""
         run = subprocess.run([TAGRID, *map(str, arguments)], cwd=self.folder, capture_output=True, check=False,
                              **options)
-        self.assertEqual(run.returncode, code, (arguments, run.stderr.decode()))
+        self.assertEqual(run.returncode, code, (arguments, run.stderr.decode(errors="replace")))
         return run
 
     def info(self, name):

@@ -1,9 +1,6 @@
 """The settings in docs/servers.md work with Debian's nginx and Apache: files are read, and browsers may read them.
 
-    servers_test.py TAGRID
-
-A server that is not installed is skipped with a message.
-"""
+A server that is not installed is skipped with a message."""
 
 import json
 import os

@@ -1,7 +1,4 @@
-"""What a person sees on a terminal: bars, the lines above them, and one line about what was written.
-
-    terminal_test.py TAGRID
-"""
+"""What a person sees on a terminal: bars, the lines above them, and one line about what was written."""
 
 import fcntl
 import os
