@@ -193,11 +193,11 @@ TEST(LibraryBlocks, SamplesAreThoseOfTheReader) {
     const auto same_part = [&](std::int64_t number, auto of_blocks, auto of_reader) {
       tagrid_blocks* nested = nullptr;
       tagrid_reader* other = nullptr;
-      ASSERT_EQ(fetching(blocks.handle, [&] { return of_blocks(blocks.handle, number, &nested); }),
-                TAGRID_OK);
+      tagrid_blocks* const whole = open.blocks.handle;
+      ASSERT_EQ(open.fetching(whole, [&] { return of_blocks(whole, number, &nested); }), TAGRID_OK);
       ASSERT_EQ(of_reader(reader, number, &other), TAGRID_OK);
       const Blocks part(nested);
-      same_samples(file, part.handle, other);
+      same_samples(open.file, part.handle, other);
       tagrid_reader_close(other);
     };
     for (const std::int64_t* factor = factors; *factor != 0; ++factor)
