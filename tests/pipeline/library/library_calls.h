@@ -158,12 +158,12 @@ inline tagrid_mesh_options mesh_options(const tagrid_box* box = nullptr) {
 }
 
 /// Counts calls of progress, and cancels one of them.
-struct Progress {
+struct CountedProgress {
   int calls = 0, stop_at = -1;
   std::uint64_t done = 0, total = 0;
 
   static int report(void* user, uint64_t done, uint64_t total) {
-    auto& progress = *static_cast<Progress*>(user);
+    auto& progress = *static_cast<CountedProgress*>(user);
     EXPECT_GE(done, progress.done);
     EXPECT_LE(done, total);
     progress.done = done, progress.total = total;

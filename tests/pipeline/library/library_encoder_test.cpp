@@ -277,13 +277,13 @@ TEST_F(LibraryEncoder, AWriteThatFailsEndsIt) {
 TEST_F(LibraryEncoder, ItStopsWhereProgressSaysSo) {
   const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, dims, 3);
   const tagrid_encode_options options = encode_options(dims, SampleType::int16);
-  Progress whole;
-  tagrid_call call = call_of(2, Progress::report, &whole);
+  CountedProgress whole;
+  tagrid_call call = call_of(2, CountedProgress::report, &whole);
   ASSERT_EQ(encode(options, samples.data(), &call).status, TAGRID_OK);
   EXPECT_EQ(whole.done, samples.size() * 2);
   EXPECT_EQ(whole.total, samples.size() * 2);
   for (int stop_at = 0; stop_at < whole.calls; ++stop_at) {
-    Progress at{.stop_at = stop_at};
+    CountedProgress at{.stop_at = stop_at};
     call.progress_user = &at;
     const Encoded stopped = encode(options, samples.data(), &call, 1);
     ASSERT_EQ(stopped.status, TAGRID_CANCELLED) << stop_at;

@@ -206,13 +206,13 @@ TEST_F(LibraryReader, CallsStopWhereProgressSaysSo) {
       [&](const tagrid_call* call) { return tagrid_reader_mesh(reader_.get(), nullptr, &sink, call); },
       [&](const tagrid_call* call) { return tagrid_reader_mesh(reader_.get(), &options, &sink, call); }};
   for (const auto& work : works) {
-    Progress whole;
-    tagrid_call call = call_of(3, Progress::report, &whole);
+    CountedProgress whole;
+    tagrid_call call = call_of(3, CountedProgress::report, &whole);
     ASSERT_EQ(work(&call), TAGRID_OK);
     EXPECT_GT(whole.calls, 0);
     EXPECT_EQ(whole.done, whole.total);
     for (int stop_at = 0; stop_at < whole.calls; ++stop_at) {
-      Progress stopped{.stop_at = stop_at};
+      CountedProgress stopped{.stop_at = stop_at};
       call.progress_user = &stopped;
       ASSERT_EQ(work(&call), TAGRID_CANCELLED);
       EXPECT_STREQ(tagrid_reader_message(reader_.get()), "cancelled by the caller");
