@@ -57,7 +57,7 @@ label(tsan
       OF "^(pipeline|tsan)/"
       BUT ${numbers} "14x15x30 S 8" "<(short|int|double)>" "EveryMode<float>" DerivedGridOfType AreThoseOfTheOracle
           AwkwardVolumesHave AnyBoxHas EveryGeometry OneSpike EveryStretchOfRows HoldsOnAwkward ARunThatGoesOn DamagedFilesGive
-          BoundsThatFollow ADamagedBrickIs AnAlignedChunk EveryTypeAndMode "21x6x25 S 4" SurfaceInWorld OrderFields
+          BoundsThatFollow AnAlignedChunk EveryTypeAndMode "21x6x25 S 4" SurfaceInWorld OrderFields
           RowOutputTest "MaterialMeshOfFile\\.(IsThatOf|Has|OfLabels|Infinities|IsMirrored)")
 
 # ---- sanitizers, in tools/test.sh --long

@@ -62,6 +62,13 @@ bool all_of_them() { return std::getenv("TAGRID_LONG"); }
 
 class RealVolumes : public TemporaryFolder, public testing::WithParamInterface<Volume> {
  protected:
+  void SetUp() override {
+    if (!is_present(GetParam())) GTEST_SKIP() << raw_path(GetParam()) << " is not there";
+  }
+  bool is_small() const {
+    return all_of_them() || Box::of_size(GetParam().dims).count() <= std::int64_t{1} << 22;
+  }
+
   EncodeResult encode(const Volume& volume, double max_error, bool grid_only) {
     EncodeOptions options{.grid_only = grid_only, .max_error = max_error};
     return encode_volume(raw_path(volume),
@@ -84,7 +91,6 @@ class RealVolumes : public TemporaryFolder, public testing::WithParamInterface<V
 
 TEST_P(RealVolumes, EveryVoxelWithinTheBoundAndLosslessIdentical) {
   const Volume& volume = GetParam();
-  if (!is_present(volume)) GTEST_SKIP() << raw_path(volume) << " is not there";
   const bool large = Box::of_size(volume.dims).count() > std::int64_t{1} << 24;
   const std::vector<double> bounds = all_of_them() ? std::vector<double>{0, 1, 2, 5, 20, 50}
                                      : large       ? std::vector<double>{5}
@@ -116,9 +122,7 @@ SliceRange slices_in(const std::string& bytes, const Index3& dims, std::size_t s
 // A grid that is stored is that of the original, whatever the bound; a lossless file has the numbers of its points alone.
 TEST_P(RealVolumes, ALosslessFileHasTheGridThatALossyOneStores) {
   const Volume& volume = GetParam();
-  if (!is_present(volume)) GTEST_SKIP() << raw_path(volume) << " is not there";
-  if (Box::of_size(volume.dims).count() > std::int64_t{1} << 22 && !all_of_them())
-    GTEST_SKIP() << "TAGRID_LONG is not set, so only small volumes are measured";
+  if (!is_small()) GTEST_SKIP() << "TAGRID_LONG is not set, so only small volumes are measured";
   encode(volume, 2, false);
   const TagSummary lossy = summary_of(path("a.tag"));
   encode(volume, 0, false);
@@ -132,9 +136,7 @@ TEST_P(RealVolumes, ALosslessFileHasTheGridThatALossyOneStores) {
 // The vertices of the grid of decoded samples, and the largest error of its mesh, against those of the stored grid.
 TEST_P(RealVolumes, ADerivedGridIsCloseToTheStoredOne) {
   const Volume& volume = GetParam();
-  if (!is_present(volume)) GTEST_SKIP() << raw_path(volume) << " is not there";
-  if (Box::of_size(volume.dims).count() > std::int64_t{1} << 22 && !all_of_them())
-    GTEST_SKIP() << "TAGRID_LONG is not set, so only small volumes are measured";
+  if (!is_small()) GTEST_SKIP() << "TAGRID_LONG is not set, so only small volumes are measured";
   SliceRange original = slices_in(file_content(raw_path(volume)), volume.dims, size_of(volume.type));
   for (const double bound : {2.0, 8.0}) {
     encode(volume, bound, false);

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <cstring>
 #include <mutex>
 #include <thread>
 
@@ -14,20 +13,7 @@
 namespace tagrid {
 namespace {
 
-constexpr Index3 dims{50, 41, 45};
 constexpr int threads = 7;
-
-CodingParameters parameters_of(FileMode mode) {
-  CodingParameters p{.dims = dims,
-                     .type = SampleType::int16,
-                     .mode = mode,
-                     .cube_size = 8,
-                     .brick_edge = 1,
-                     .max_level = 9,
-                     .field_scale = 0.1,
-                     .max_error = mode == FileMode::voxels ? 3.0 : -1.0};
-  return p;
-}
 
 /// Makes every brick wait for a time that depends on the seed, and records the order in which they continue.
 class Shuffle {
@@ -56,15 +42,9 @@ class Shuffle {
 using Bricks = std::vector<BrickBytes>;
 
 Bricks encoded(const CodingParameters& parameters, int thread_count, Shuffle* shuffle) {
-  const std::vector<std::int16_t> samples = blobs<std::int16_t>(dims, 1);
-  const std::size_t slice = static_cast<std::size_t>(dims.x * dims.y) * 2;
-  std::size_t z = 0;
+  const std::vector<std::int16_t> samples = blobs<std::int16_t>(parameters.dims, 1);
   Bricks bricks;
-  SlicesFrom slices([&](const Box&) {
-    auto bytes = std::make_shared<std::byte[]>(slice);
-    std::memcpy(bytes.get(), reinterpret_cast<const std::byte*>(samples.data()) + z++ * slice, slice);
-    return bytes;
-  });
+  auto slices = slices_of(parameters.dims, samples);
   BricksInto sink([&](const BrickBytes& brick, const Statistics&) { bricks.push_back(brick); });
   WatchBricks watch([&](std::int64_t brick) {
     if (shuffle != nullptr) (*shuffle)(brick);
@@ -114,7 +94,7 @@ bool same(const Bricks& a, const Bricks& b) {
 class Shuffled : public testing::TestWithParam<FileMode> {};
 
 TEST_P(Shuffled, BricksAreTheSameInWhateverOrderTheyFinish) {
-  const CodingParameters parameters = parameters_of(GetParam());
+  const CodingParameters parameters = parameters_of_many_bricks(1, GetParam());
   const Bricks expected = encoded(parameters, 1, nullptr);
   const std::vector<std::byte> samples = decoded(parameters, expected, 1, nullptr);
   for (unsigned seed = 0; seed < 5; ++seed) {

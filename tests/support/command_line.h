@@ -60,6 +60,26 @@ class CommandLine : public TemporaryFolder {
     EXPECT_EQ(ending.code, 0) << ending.err << " signal " << ending.signal;
     EXPECT_EQ(ending.err, "");
   }
+  /// Runs the words of a command line, and expects that nothing is amiss.
+  void works(const std::string& line) const {
+    SCOPED_TRACE(line);
+    expect_ok(tagrid(words(line)));
+  }
+  /// Runs the words of a command line, and expects an error.
+  void fails(const std::string& line, int code, std::string_view what) const {
+    SCOPED_TRACE(line);
+    expect_error(tagrid(words(line)), code, what);
+  }
+  /// Runs the words of a command line, and gives what it writes to standard output.
+  std::string out(const std::string& line, std::string_view input = {}) const {
+    const Ending ending = tagrid(words(line), input);
+    EXPECT_EQ(ending.code, 0) << line << ": " << ending.err;
+    return ending.out;
+  }
+  /// What tagrid info tells of a .tag file.
+  nlohmann::json info(const std::string& name) const {
+    return nlohmann::json::parse(out("info --json " + name));
+  }
 
   /// Makes a phantom in the directory, in the format of its name; by default 52 x 40 x 36 samples.
   void phantom(const std::string& name, const Arguments& more = {}) const {

@@ -37,6 +37,12 @@ class Conversions : public Base {
   static inline const Arguments command_ = {"convert", "--manifest", "list.tsv", "--output-dir", "out"};
   Ending convert(const Arguments& more = {}) const { return this->tagrid(this->with(command_, more)); }
 
+  /// The same volumes, and their outputs.
+  void converted(int count, const Arguments& more = {}) const {
+    volumes(count);
+    this->expect_ok(convert(more));
+  }
+
   /// Expects that volumes failed or were kept, and a message that contains `what`.
   static void expect_failed(const Ending& ending, std::string_view what) {
     EXPECT_EQ(ending.code, broken_input);
@@ -61,6 +67,7 @@ class Conversions : public Base {
     return text;
   }
   Json last() const { return records().back(); }
+  std::string error_of_last() const { return last()["error"].template get<std::string>(); }
 
   std::vector<std::string> outputs() const {
     std::vector<std::string> names;

@@ -1,6 +1,9 @@
 // Ranks that are threads of one process, so that the work of several ranks is tested in milliseconds.
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <atomic>
 #include <condition_variable>
 #include <deque>
 #include <exception>
@@ -10,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "pipeline/parts/work_orders.h"
 #include "pipeline/ranks/ranks.h"
 
 namespace tagrid {
@@ -157,5 +161,28 @@ class FakeRanks {
   SharedNumbers numbers_;
   std::deque<Told*> told_;
 };
+
+/// Rank 0 does `work` and dismisses the others, which serve; `work` may throw.
+inline void by(int count, const std::function<void(Ranks&)>& work) {
+  std::atomic<int> served{0};
+  std::exception_ptr thrown;
+  FakeRanks(count).run([&](Ranks& ranks) {
+    if (ranks.rank() > 0) {
+      EXPECT_EQ(serve(
+                    ranks, [](std::uint64_t) {}, [](const Bytes&) { ADD_FAILURE(); }),
+                7);
+      ++served;
+      return;
+    }
+    try {
+      work(ranks);
+    } catch (...) {
+      thrown = std::current_exception();
+    }
+    dismiss(ranks, 7);
+  });
+  EXPECT_EQ(served, count - 1);
+  if (thrown) std::rethrow_exception(thrown);
+}
 
 }  // namespace tagrid

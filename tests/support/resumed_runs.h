@@ -44,6 +44,18 @@ class ResumedRuns : public FailingDisk {
     for (const std::string& name : names())
       if (!name.starts_with("volume.")) std::filesystem::remove_all(path(name));
   }
+  /// The calls of a whole run with --resume, of which nothing is left.
+  std::vector<Call> calls_of_command(const Arguments& more = {}) {
+    Ending ending;
+    const std::vector<Call> calls = calls_of({"", command(more)}, ending);
+    EXPECT_EQ(ending.code, 0) << ending.err;
+    begin_anew();
+    return calls;
+  }
+  /// The same run, which is ended before its call of this number, from 1.
+  Ending ended_at(std::size_t call, const std::string& kind, const Arguments& more = {}) {
+    return run({"", command(more)}, std::to_string(call), kind);
+  }
   std::vector<std::string> parts() const {
     std::vector<std::string> result;
     if (!std::filesystem::exists(path(".new.tag.parts"))) return result;
@@ -54,14 +66,10 @@ class ResumedRuns : public FailingDisk {
   }
   /// A run that ends in the middle, with some parts complete.
   void make_record(const Arguments& more = {}) {
-    Ending ending;
-    const Case full{"", command(more)};
-    const std::vector<Call> calls = calls_of(full, ending);
-    begin_anew();
+    const std::vector<Call> calls = calls_of_command(more);
     std::size_t at = 0;
     for (std::size_t renames = 0; renames < 5; ++at) renames += calls[at].name == "rename";
-    ending = run(full, std::to_string(at), "SIGKILL");
-    ASSERT_EQ(ending.signal, SIGKILL);
+    ASSERT_EQ(ended_at(at, "SIGKILL", more).signal, SIGKILL);
     ASSERT_GE(parts().size(), 2U);
   }
 

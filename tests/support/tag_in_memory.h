@@ -67,4 +67,22 @@ inline std::vector<std::pair<std::size_t, std::size_t>> frames(const std::string
   return result;
 }
 
+inline std::string frame_of(const std::string& file, std::size_t brick) {
+  const auto [start, size] = frames(file)[brick];
+  return file.substr(start, size);
+}
+
+/// The file with other bytes in place of the frames of the bricks first .. last.
+inline std::string with_bricks(const std::string& file, std::size_t first, std::size_t last,
+                               const std::string& bricks) {
+  const auto all = frames(file);
+  return file.substr(0, all[first].first) + bricks + file.substr(all[last].first + all[last].second);
+}
+
+/// The bytes with other bits in one place.
+inline std::string flipped(std::string bytes, std::size_t at, int bits = 1) {
+  bytes[at] = static_cast<char>(bytes[at] ^ bits);
+  return bytes;
+}
+
 }  // namespace tagrid

@@ -114,13 +114,11 @@ TEST_F(FileBytesTest, AReadThatWaitsForAPipeEndsWhenItIsStopped) {
 
 TEST_F(FileBytesTest, WhatCannotBeReadIsNamed) {
   EXPECT_THROW(FileBytes(path("none")), WorldError);
-  try {
+  const std::string message = message_of<std::runtime_error>([&] {
     FileBytes bytes(folder_.string());
     read(bytes, 1);
-    ADD_FAILURE();
-  } catch (const std::runtime_error& error) {
-    EXPECT_TRUE(has(error.what(), folder_.string()));
-  }
+  });
+  EXPECT_TRUE(has(message, folder_.string()));
 }
 
 // A file of lines is whole after every line, and has one writer.

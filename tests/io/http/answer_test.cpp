@@ -57,10 +57,16 @@ RC_GTEST_PROP(Answer, WritesOnlyWhereItShouldAndIsRightOnlyIfAllOfItCame, ()) {
   RC_ASSERT(sent == std::min<std::uint64_t>(position + size, answer.version().size) - position);
 }
 
-TEST(Answer, ARightOneIsOfTheLastServerAfterRedirections) {
-  std::vector<std::byte> to(4);
+/// An answer of the first four bytes of an object of which nothing is known.
+struct FirstBytes {
+  std::vector<std::byte> to = std::vector<std::byte>(4);
   const std::optional<ObjectVersion> none;
-  Answer answer(server, 0, to, none);
+  Answer answer{server, 0, to, none};
+};
+
+TEST(Answer, ARightOneIsOfTheLastServerAfterRedirections) {
+  FirstBytes first;
+  Answer& answer = first.answer;
   for (const char* line :
        {"HTTP/1.1 302 Found\r\n", "ETag: \"old\"\r\n", "Content-Encoding: gzip\r\n", "\r\n", "HTTP/2 206\r\n",
         "etag: \"new\"\r\n", "Last-Modified: now\r\n", "content-range: bytes 0-3/9\r\n", "\r\n"})
@@ -75,9 +81,8 @@ TEST(Answer, ARightOneIsOfTheLastServerAfterRedirections) {
 TEST(Answer, NothingAfterTheBodyChangesWhatWasChecked) {
   for (const char* trailer :
        {"Content-Range: x\r\n", "Content-Range: bytes 0-0/1\r\n", "ETag: \"new\"\r\n"}) {
-    std::vector<std::byte> to(4);
-    const std::optional<ObjectVersion> none;
-    Answer answer(server, 0, to, none);
+    FirstBytes first;
+    Answer& answer = first.answer;
     for (const char* line : {"HTTP/1.1 206 Partial Content\r\n", "ETag: \"old\"\r\n",
                              "Content-Range: bytes 0-3/9\r\n", "Transfer-Encoding: chunked\r\n", "\r\n"})
       answer.take_header(line);
@@ -92,17 +97,14 @@ TEST(Answer, NothingAfterTheBodyChangesWhatWasChecked) {
 TEST(Answer, AStatusMayFollowSeveralBlanksAndMustBeThere) {
   for (const auto& [status, is_right] :
        {std::pair("HTTP/1.1  206 x", true), {"HTTP/1.1 x", false}, {"HTTP/1.1", false}}) {
-    std::vector<std::byte> to(4);
-    const std::optional<ObjectVersion> none;
-    Answer answer(server, 0, to, none);
+    FirstBytes first;
+    Answer& answer = first.answer;
     answer.take_header(status);
     answer.take_header("Content-Range: bytes 0-3/9\r\n");
     answer.take_body(bytes_of(4, std::byte{1}));
     EXPECT_EQ(!answer.wrong(), is_right) << status;
   }
-  std::vector<std::byte> to(4);
-  const std::optional<ObjectVersion> none;
-  EXPECT_TRUE(Answer(server, 0, to, none).wrong());
+  EXPECT_TRUE(FirstBytes().answer.wrong());
 }
 
 TEST(Answer, OnlyWhatPassesIsAskedForAgain) {

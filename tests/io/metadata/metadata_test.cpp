@@ -8,11 +8,12 @@
 #include "io/metadata/region.h"
 #include "io/metadata/rescale.h"
 #include "io/metadata/text.h"
-#include "tests/support/metadata.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {
 namespace {
+
+Geometry geometry_of(const std::string& text) { return parse_metadata(text).geometry(); }
 
 TEST(MetadataTest, TextComesBackByteForByte) {
   for (const std::string text :

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
 #include <random>
 
 #include "io/errors/errors.h"
@@ -109,11 +110,20 @@ std::vector<std::uint64_t> units(const ParityLayout& layout) {
   return places;
 }
 
-void expect_whole(const Example& example, const Bytes& damaged, const char* what, int i) {
-  const Repaired result = repaired(damaged);
-  ASSERT_TRUE(result.found) << what << " " << i;
-  ASSERT_TRUE(result.condition.is_repairable()) << what << " " << i;
-  ASSERT_EQ(result.bytes, example.whole) << what << " " << i;
+/// Damages every example in many ways, and expects that it comes back.
+void expect_whole_after(unsigned seed,
+                        const std::function<void(Random&, int, const ParityLayout&, Bytes&)>& spoil) {
+  const auto all = examples();
+  Random random(seed);
+  for (int i = 0; i < damaged_files(); ++i) {
+    const Example& example = all[static_cast<std::size_t>(i) % all.size()];
+    Bytes bytes = example.whole;
+    spoil(random, i, example.layout, bytes);
+    const Repaired result = repaired(bytes);
+    ASSERT_TRUE(result.found) << i;
+    ASSERT_TRUE(result.condition.is_repairable()) << i;
+    ASSERT_EQ(result.bytes, example.whole) << i;
+  }
 }
 
 TEST(Parity, ShareIsKept) {
@@ -134,69 +144,48 @@ TEST(Parity, BytesDoNotDependOnMemory) {
 }
 
 TEST(Parity, AnyBlocksUpToThePromiseComeBack) {
-  const auto all = examples();
-  Random random(3);
-  for (int i = 0; i < damaged_files(); ++i) {
-    const Example& example = all[static_cast<std::size_t>(i) % all.size()];
-    auto places = units(example.layout);
+  expect_whole_after(3, [](Random& random, int, const ParityLayout& layout, Bytes& bytes) {
+    auto places = units(layout);
     std::ranges::shuffle(places, random);
-    Bytes bytes = example.whole;
-    const std::uint64_t count = std::min<std::uint64_t>(places.size(), example.layout.parity);
+    const std::uint64_t count = std::min<std::uint64_t>(places.size(), layout.parity);
     for (std::uint64_t k = 0; k < count; ++k)
       damage(random, bytes, places[k],
-             std::min(places[k] + example.layout.block_size(),
-                      places[k] < example.layout.file_size ? example.layout.file_size : bytes.size()));
-    expect_whole(example, bytes, "blocks", i);
-  }
+             std::min(places[k] + layout.block_size(),
+                      places[k] < layout.file_size ? layout.file_size : bytes.size()));
+  });
 }
 
 TEST(Parity, AnyBurstUpToThePromiseComesBack) {
-  const auto all = examples();
-  Random random(4);
-  for (int i = 0; i < damaged_files(); ++i) {
-    const Example& example = all[static_cast<std::size_t>(i) % all.size()];
-    Bytes bytes = example.whole;
-    const std::uint64_t length = example.layout.burst(),
+  expect_whole_after(4, [](Random& random, int, const ParityLayout& layout, Bytes& bytes) {
+    const std::uint64_t length = layout.burst(),
                         begin =
                             below(random, bytes.size() - std::min<std::uint64_t>(length, bytes.size() - 1));
     damage(random, bytes, begin, begin + length);
-    expect_whole(example, bytes, "burst", i);
-  }
+  });
 }
 
 TEST(Parity, EndsThatAreCutOrOverwrittenComeBack) {
-  const auto all = examples();
-  Random random(5);
-  for (int i = 0; i < damaged_files(); ++i) {
-    const Example& example = all[static_cast<std::size_t>(i) % all.size()];
-    Bytes bytes = example.whole;
-    const std::uint64_t length = below(random, example.layout.burst() + 1);
+  expect_whole_after(5, [](Random& random, int i, const ParityLayout& layout, Bytes& bytes) {
+    const std::uint64_t length = below(random, layout.burst() + 1);
     if (i % 3 == 0)
       damage(random, bytes, 0, length);  // the header
     else if (i % 3 == 1)
       bytes.resize(bytes.size() - length);
     else
       damage(random, bytes, bytes.size() - length, bytes.size());
-    expect_whole(example, bytes, "ends", i);
-  }
+  });
 }
 
 TEST(Parity, FlippedBitsInDescriptionsComeBack) {
-  const auto all = examples();
-  Random random(6);
-  for (int i = 0; i < damaged_files(); ++i) {
-    const Example& example = all[static_cast<std::size_t>(i) % all.size()];
-    Bytes bytes = example.whole;
-    const std::uint64_t base = example.layout.file_size;
+  expect_whole_after(6, [](Random& random, int, const ParityLayout& layout, Bytes& bytes) {
+    const std::uint64_t base = layout.file_size;
     // One of the promise is left for head and foot, which are in no stripe.
-    for (int k = 0; k < example.layout.parity; ++k) {
-      const std::uint64_t page = below(random, example.layout.all_pages());
-      const std::uint64_t places[] = {base, example.layout.foot(base),
-                                      example.layout.place_of_page(base, page)};
+    for (int k = 0; k < layout.parity; ++k) {
+      const std::uint64_t page = below(random, layout.all_pages());
+      const std::uint64_t places[] = {base, layout.foot(base), layout.place_of_page(base, page)};
       bytes[places[below(random, 3)] + below(random, 48)] ^= std::byte{1} << below(random, 8);
     }
-    expect_whole(example, bytes, "bits", i);
-  }
+  });
 }
 
 TEST(Parity, BeyondThePromiseNothingIsWrong) {

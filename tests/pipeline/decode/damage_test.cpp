@@ -38,54 +38,33 @@ class Damage : public TemporaryFolder {
   }
 };
 
-TEST_F(Damage, EveryFlippedBitIsFound) {
+TEST_F(Damage, EveryFlippedBitAndEveryOtherLengthIsFound) {
   for (const bool grid : {false, true}) {
     const std::string whole = small_file(grid);
-    for (std::size_t bit = 0; bit < 8 * whole.size(); bit += damage_stride) {
-      std::string damaged = whole;
-      damaged[bit / 8] = static_cast<char>(damaged[bit / 8] ^ (1 << bit % 8));
-      expect_broken(damaged, "byte " + std::to_string(bit / 8) + " bit " + std::to_string(bit % 8));
-    }
-    std::cout << 8 * whole.size() / damage_stride << " flipped bits\n";
-  }
-}
-
-TEST_F(Damage, EveryTruncationIsFound) {
-  for (const bool grid : {false, true}) {
-    const std::string whole = small_file(grid);
+    for (std::size_t bit = 0; bit < 8 * whole.size(); bit += damage_stride)
+      expect_broken(flipped(whole, bit / 8, 1 << bit % 8), "bit " + std::to_string(bit));
     for (std::size_t size = 0; size < whole.size(); ++size)
       expect_broken(whole.substr(0, size), std::to_string(size));
-    std::cout << whole.size() << " truncations\n";
+    expect_broken(whole + '\0', "one more byte");
+    std::cout << 8 * whole.size() / damage_stride << " flipped bits, " << whole.size() << " truncations\n";
   }
 }
-
-TEST_F(Damage, TrailingBytesAreFound) { expect_broken(small_file(false) + '\0', "one more byte"); }
 
 TEST_F(Damage, BricksSwappedRepeatedOrOfAnotherFileAreFound) {
   const std::string a = small_file(false, 1), b = small_file(false, 2);
-  const auto in_a = frames(a), in_b = frames(b);
-  ASSERT_GE(in_a.size(), 4U);
-  ASSERT_EQ(in_a.size(), in_b.size());
-  const auto with = [&](std::size_t first, std::size_t second, const std::string& bricks) {
-    return a.substr(0, in_a[first].first) + bricks + a.substr(in_a[second].first + in_a[second].second);
-  };
-  const auto frame = [](const std::string& file, std::pair<std::size_t, std::size_t> f) {
-    return file.substr(f.first, f.second);
-  };
-  expect_broken(with(1, 2, frame(a, in_a[2]) + frame(a, in_a[1])), "swapped");
-  expect_broken(with(1, 2, frame(a, in_a[1]) + frame(a, in_a[1])), "repeated");
-  expect_broken(with(1, 1, ""), "left out");
-  expect_broken(with(1, 1, frame(b, in_b[1])), "of another file with the same header");
+  ASSERT_GE(frames(a).size(), 4U);
+  ASSERT_EQ(frames(a).size(), frames(b).size());
+  expect_broken(with_bricks(a, 1, 2, frame_of(a, 2) + frame_of(a, 1)), "swapped");
+  expect_broken(with_bricks(a, 1, 2, frame_of(a, 1) + frame_of(a, 1)), "repeated");
+  expect_broken(with_bricks(a, 1, 1, ""), "left out");
+  expect_broken(with_bricks(a, 1, 1, frame_of(b, 1)), "of another file with the same header");
 }
 
 TEST_F(Damage, ABrickOfAFileWithAnotherHeaderIsFound) {
   const std::string a = small_file(false);
   EncodeOptions options{.max_error = 5, .cube_size = 4, .brick_edge = 2};
   encode_volume(path("in.nrrd"), {}, path("a.tag"), true, options, Resources(1));
-  const std::string b = file_content(path("a.tag"));
-  const auto fa = frames(a)[1], fb = frames(b)[1];
-  expect_broken(a.substr(0, fa.first) + b.substr(fb.first, fb.second) + a.substr(fa.first + fa.second),
-                "another header");
+  expect_broken(with_bricks(a, 1, 1, frame_of(content("a.tag"), 1)), "another header");
 }
 
 // Damages a file of some megabytes at random: every damage is found, and only true voxels are written before
@@ -104,13 +83,10 @@ std::size_t peak_memory() {
 
 class LargeDamage : public TemporaryFolder, public testing::WithParamInterface<bool> {
  protected:
-  using Frames = std::vector<std::pair<std::size_t, std::size_t>>;
-
   LargeDamage() {
     whole_ = encoded(1);
     foreign_ = encoded(2);
     frames_ = frames(whole_);
-    foreign_frames_ = frames(foreign_);
     truth_ = decoded(whole_, false);
   }
 
@@ -146,14 +122,6 @@ class LargeDamage : public TemporaryFolder, public testing::WithParamInterface<b
     return out;
   }
 
-  std::string frame(const std::string& file, std::pair<std::size_t, std::size_t> f) const {
-    return file.substr(f.first, f.second);
-  }
-  std::string with_frame(std::size_t brick, const std::string& other) const {
-    return whole_.substr(0, frames_[brick].first) + other +
-           whole_.substr(frames_[brick].first + frames_[brick].second);
-  }
-
   // One damage of any kind, and its name.
   std::pair<std::string, std::string> damaged(std::mt19937_64& random) const {
     const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random() % n); };
@@ -163,8 +131,8 @@ class LargeDamage : public TemporaryFolder, public testing::WithParamInterface<b
       case 0:
       case 1: {
         const auto bit = below(8);
-        file[at] = static_cast<char>(file[at] ^ (1 << bit));
-        return {file, "bit " + std::to_string(bit) + " of byte " + std::to_string(at)};
+        return {flipped(whole_, at, 1 << bit),
+                "bit " + std::to_string(bit) + " of byte " + std::to_string(at)};
       }
       case 2:
         return {file.substr(0, at), "cut to " + std::to_string(at)};
@@ -176,26 +144,26 @@ class LargeDamage : public TemporaryFolder, public testing::WithParamInterface<b
       case 4: {
         const std::size_t other = (brick + 1 + below(frames_.size() - 1)) % frames_.size();
         const std::size_t a = std::min(brick, other), b = std::max(brick, other);
-        file = with_frame(b, frame(whole_, frames_[a]));
-        return {file.substr(0, frames_[a].first) + frame(whole_, frames_[b]) +
+        file = with_bricks(whole_, b, b, frame_of(whole_, a));
+        return {file.substr(0, frames_[a].first) + frame_of(whole_, b) +
                     file.substr(frames_[a].first + frames_[a].second),
                 "bricks " + std::to_string(a) + " and " + std::to_string(b) + " swapped"};
       }
       case 5:
-        return {with_frame(brick, frame(whole_, frames_[brick]) + frame(whole_, frames_[brick])),
+        return {with_bricks(whole_, brick, brick, frame_of(whole_, brick) + frame_of(whole_, brick)),
                 "brick " + std::to_string(brick) + " twice"};
       default:
-        return {with_frame(brick, frame(foreign_, foreign_frames_[brick])),
+        return {with_bricks(whole_, brick, brick, frame_of(foreign_, brick)),
                 "brick " + std::to_string(brick) + " of another file"};
     }
   }
 
   std::string whole_, foreign_, truth_;
-  Frames frames_, foreign_frames_;
+  std::vector<std::pair<std::size_t, std::size_t>> frames_;
 };
 
 TEST_P(LargeDamage, IsFoundAndOnlyTrueVoxelsGoOut) {
-  ASSERT_EQ(frames_.size(), foreign_frames_.size());
+  ASSERT_EQ(frames_.size(), frames(foreign_).size());
   ASSERT_EQ(whole_.substr(0, frames_[0].first), foreign_.substr(0, frames_[0].first)) << "the same header";
   const unsigned long count = setting("TAGRID_DAMAGES", sanitized ? 2 : 80),
                       seed = setting("TAGRID_SEED", std::random_device()());

@@ -9,6 +9,7 @@
 #include "tests/support/rows_of_volume.h"
 #include "tests/support/runs.h"
 #include "tests/support/sanitized.h"
+#include "tests/support/tag_in_memory.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -147,15 +148,13 @@ TEST_F(DecodedRowsTest, DamageBeforeABrickIsNoneOfIt) {
   const TagBricks whole = opened(tag_);
   const BrickGrid bricks = whole.parameters().bricks();
   // In the middle of the first brick, which begins right after the header.
-  std::string damaged = file_content(tag_);
   const std::size_t place = whole.sizes().header + 24 + whole.entry(0).activity_bytes / 2;
-  damaged[place] = static_cast<char>(damaged[place] ^ 1);
-  write_content(path("damaged.tag"), damaged);
-  const TagBricks file = opened(path("damaged.tag"));
+  file("damaged.tag", flipped(content("a.tag"), place));
+  const TagBricks damaged = opened(path("damaged.tag"));
   const auto nothing = [](std::int64_t, std::span<const std::byte>) {};
-  EXPECT_NO_THROW(decode(file, {1, 2, 0, 1}, {1, 1, 1}, nothing));
-  EXPECT_THROW(decode(file, {0, 1, 0, 1}, {1, 1, 1}, nothing), BrokenInput);
-  EXPECT_NO_THROW(decode(file, {0, bricks.bricks(1), 1, bricks.bricks(2)}, {2, 4, 2}, nothing));
+  EXPECT_NO_THROW(decode(damaged, {1, 2, 0, 1}, {1, 1, 1}, nothing));
+  EXPECT_THROW(decode(damaged, {0, 1, 0, 1}, {1, 1, 1}, nothing), BrokenInput);
+  EXPECT_NO_THROW(decode(damaged, {0, bricks.bricks(1), 1, bricks.bricks(2)}, {2, 4, 2}, nothing));
 }
 
 // Rows of bricks make the same volume whether they are written to their position or through a temporary file.

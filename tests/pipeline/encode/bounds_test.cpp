@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <map>
 
 #include "io/errors/errors.h"
@@ -96,12 +95,7 @@ TEST_P(Air, HasTheGridOfTheWholeVolumeAtOnce) {
   const CodingParameters parameters = parameters_of(GetParam());
   const BrickGrid bricks = parameters.bricks();
   const auto volume = air_with_things(parameters.dims);
-  SlicesFrom slices([&](const Box& rows) {
-    const std::size_t size = static_cast<std::size_t>(rows.count()) * 2;
-    auto bytes = std::make_shared<std::byte[]>(size);
-    std::memcpy(bytes.get(), volume.cut(rows).data(), size);
-    return bytes;
-  });
+  auto slices = slices_of(volume.dims, volume.samples);
   std::map<std::int64_t, std::vector<std::uint8_t>> activity;
   BricksInto sink([&](const BrickBytes& brick, const Statistics&) { activity[brick.id] = brick.activity; });
   Watch unwatched;

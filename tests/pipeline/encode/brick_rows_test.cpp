@@ -2,8 +2,6 @@
 // volume.
 #include <gtest/gtest.h>
 
-#include <cstring>
-
 #include "io/tag/file.h"
 #include "pipeline/encode/graph.h"
 #include "tests/support/graph_ends.h"
@@ -13,37 +11,15 @@
 namespace tagrid {
 namespace {
 
-constexpr Index3 dims{50, 41, 45};
-
-CodingParameters parameters_of(int brick_edge, double mesh_error, FileMode mode) {
-  CodingParameters p{.dims = dims,
-                     .type = SampleType::int16,
-                     .mode = mode,
-                     .cube_size = 8,
-                     .brick_edge = brick_edge,
-                     .max_level = 9,
-                     .field_scale = 0.1,
-                     .max_error = mode == FileMode::voxels ? 3.0 : -1.0,
-                     .mesh_error = mesh_error};
-  return p;
-}
-
 struct Brick : BrickBytes {
   double mesh_error = -1;
 };
 using Bricks = std::vector<Brick>;
 
 Bricks encoded(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget) {
-  static const std::vector<std::int16_t> samples = blobs<std::int16_t>(dims, 1);
+  static const std::vector<std::int16_t> samples = blobs<std::int16_t>(parameters.dims, 1);
   Bricks bricks;
-  SlicesFrom slices([&](const Box& box) {
-    EXPECT_EQ(box.size().x, dims.x);
-    EXPECT_EQ(box.size().z, 1);
-    const std::size_t size = static_cast<std::size_t>(box.count()) * 2;
-    auto bytes = std::make_shared<std::byte[]>(size);
-    std::memcpy(bytes.get(), &samples[static_cast<std::size_t>(Box::of_size(dims).offset(box.low))], size);
-    return bytes;
-  });
+  auto slices = slices_of(parameters.dims, samples);
   BricksInto sink([&](const BrickBytes& brick, const Statistics& statistics) {
     bricks.push_back({brick, statistics.mesh_error});
   });
@@ -56,7 +32,7 @@ class Rows : public testing::TestWithParam<std::tuple<int, double, FileMode>> {}
 
 TEST_P(Rows, GiveTheSameBricksAsTheWhole) {
   const auto [edge, mesh_error, mode] = GetParam();
-  const CodingParameters parameters = parameters_of(edge, mesh_error, mode);
+  const CodingParameters parameters = parameters_of_many_bricks(edge, mode, mesh_error);
   const BrickGrid bricks = parameters.bricks();
   const Bricks whole = encoded(parameters, BrickRows::all(bricks), generous_encoding(parameters, 2));
   ASSERT_EQ(static_cast<std::int64_t>(whole.size()), bricks.count());

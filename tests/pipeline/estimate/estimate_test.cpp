@@ -27,6 +27,12 @@ class EstimatedVolume : public TemporaryFolder {
     options.max_error = max_error;
     return encode_volume(in_, {}, path("a.tag"), true, options, Resources(2));
   }
+  EncodeResult encoded(const EncodeOptions& options) const {
+    return encode_volume(in_, {}, path("a.tag"), true, options, Resources(2));
+  }
+  void make_phantom(Index3 dims, SampleType type, std::uint64_t seed = 1) const {
+    write_phantom({.dims = dims, .type = type, .seed = seed}, in_, format_named("nrrd"), true, 2);
+  }
   EstimateResult estimate(const EncodeOptions& options, const std::vector<double>& errors,
                           int threads = 2) const {
     return estimate_encoding(
@@ -113,8 +119,7 @@ TEST_F(EstimatedVolume, OfFilesWithOverviewsByDefaultCountThem) {
 
 // Of a larger one, a sample is encoded.
 TEST_F(EstimatedVolume, OfALargeVolumeAreWithinFivePerCent) {
-  write_phantom({.dims = {330, 300, 280}, .type = SampleType::int16, .seed = 3}, in_, format_named("nrrd"),
-                true, 2);
+  make_phantom({330, 300, 280}, SampleType::int16, 3);
   const std::vector<double> errors = {0, 5, 60};
   const EstimateResult result = estimate({}, errors);
   EXPECT_LT(result.encoded, result.bricks * 3 / 4);
@@ -192,11 +197,10 @@ TYPED_TEST(EstimatesOfType, APsnrIsReachedByTheLoosestBound) {
 // At low rates, samples are transformed. The promise holds, also of a bound besides it; the bytes are the same for
 // any number of threads, and the file says what it has.
 TYPED_TEST(EstimatesOfType, ATransformReachesAPsnr) {
-  write_phantom({.dims = {50, 41, 37}, .type = sample_type_of<TypeParam>()}, this->in_, format_named("nrrd"),
-                true, 2);
+  this->make_phantom({50, 41, 37}, sample_type_of<TypeParam>());
   for (const double wanted : {30.0, 40.0}) {
     EncodeOptions options = this->rule(ErrorRule::Kind::psnr, wanted);
-    const EncodeResult free = encode_volume(this->in_, {}, this->path("a.tag"), true, options, Resources(2));
+    const EncodeResult free = this->encoded(options);
     EXPECT_GT(free.header.parameters.transform_step, 0);
     const Achieved achieved = achieved_of(free.index.total);
     EXPECT_GE(achieved.psnr, wanted);
@@ -228,7 +232,7 @@ TYPED_TEST(EstimatesOfType, AFileOfAPsnrIsNoLargerThanOneOfABoundThatReachesIt) 
   std::uint64_t before = 0;
   for (const double wanted : {30.0, 34.0, 38.0, 42.0, 46.0}) {
     const EncodeOptions options = this->rule(ErrorRule::Kind::psnr, wanted);
-    encode_volume(this->in_, {}, this->path("a.tag"), true, options, Resources(2));
+    this->encoded(options);
     const std::uint64_t bytes = std::filesystem::file_size(this->path("a.tag"));
     EXPECT_GE(1.02 * static_cast<double>(bytes), before) << wanted;
     before = bytes;
@@ -245,15 +249,13 @@ TYPED_TEST(EstimatesOfType, AFileOfAPsnrIsNoLargerThanOneOfABoundThatReachesIt) 
 // A size is reached from below, by at most 2 %, or with a better PSNR than that of a wavelet; no bound that fits is
 // better.
 TYPED_TEST(EstimatesOfType, ASizeIsReachedWithTheBestPsnr) {
-  write_phantom({.dims = {96, 90, 80}, .type = sample_type_of<TypeParam>()}, this->in_, format_named("nrrd"),
-                true, 2);
+  this->make_phantom({96, 90, 80}, sample_type_of<TypeParam>());
   const double voxels = 96 * 90 * 80, kept_of_source = 300;
   for (const double bits : {0.3, 1.0}) {
     const bool as_ratio = bits == 1;
     const EncodeOptions options = as_ratio ? this->rule(ErrorRule::Kind::ratio, 8 * sizeof(TypeParam) / bits)
                                            : this->rule(ErrorRule::Kind::bits, bits);
-    const EncodeResult result =
-        encode_volume(this->in_, {}, this->path("a.tag"), true, options, Resources(2));
+    const EncodeResult result = this->encoded(options);
     EXPECT_EQ(result.header.parameters.grid, GridOrigin::derived);
     const auto bytes = static_cast<double>(result.file_bytes), wanted = bits * voxels / 8;
     EXPECT_LT(bytes, wanted + kept_of_source);
@@ -298,8 +300,7 @@ TEST_F(EstimatedVolume, ASizeBelowThatOfAnyFileIsRefused) {
 
 // With a PSNR or a size, an estimate is of what `encode` does.
 TYPED_TEST(EstimatesOfType, OfAPsnrAndASizeAreThoseOfTheFiles) {
-  write_phantom({.dims = {90, 80, 70}, .type = sample_type_of<TypeParam>()}, this->in_, format_named("nrrd"),
-                true, 2);
+  this->make_phantom({90, 80, 70}, sample_type_of<TypeParam>());
   const std::vector<ErrorRule> rules = {{ErrorRule::Kind::psnr, 40}, {ErrorRule::Kind::bits, 0.5}};
   EstimateRun run{.input = this->in_, .rules = rules, .resources = Resources(2)};
   const EstimateResult result = estimate_encoding(run);
@@ -307,8 +308,7 @@ TYPED_TEST(EstimatesOfType, OfAPsnrAndASizeAreThoseOfTheFiles) {
   for (std::size_t i = 0; i < rules.size(); ++i) {
     EncodeOptions options;
     options.error_rule = rules[i];
-    const EncodeResult encoded =
-        encode_volume(this->in_, {}, this->path("a.tag"), true, options, Resources(2));
+    const EncodeResult encoded = this->encoded(options);
     const Estimate& e = result.estimates[i];
     EXPECT_EQ(e.max_error, encoded.header.parameters.max_error);
     EXPECT_EQ(e.transform_step, encoded.header.parameters.transform_step);
@@ -329,8 +329,7 @@ TYPED_TEST(EstimatesOfType, MasksAreExactUnlessHardlyAnythingIsAsked) {
   write_nrrd(this->in_, dims, mask);
   for (const double wanted : {5.0, 10.0, 40.0}) {
     const EncodeOptions options = this->rule(ErrorRule::Kind::psnr, wanted);
-    const Achieved achieved = achieved_of(
-        encode_volume(this->in_, {}, this->path("a.tag"), true, options, Resources(2)).index.total);
+    const Achieved achieved = achieved_of(this->encoded(options).index.total);
     EXPECT_TRUE(achieved.rmse == 0 || achieved.psnr >= wanted);
     if (wanted < 20) continue;
     EXPECT_EQ(achieved.rmse, 0);
@@ -345,8 +344,7 @@ TYPED_TEST(EstimatesOfType, AnyPsnrIsFoundOrIsLossless) {
     write_nrrd(this->in_, dims, volume);
     for (const double wanted : {1e-3, 10.0, 120.0, 400.0, 1e4, 1e9}) {
       const EncodeOptions options = this->rule(ErrorRule::Kind::psnr, wanted);
-      const Achieved achieved = achieved_of(
-          encode_volume(this->in_, {}, this->path("a.tag"), true, options, Resources(2)).index.total);
+      const Achieved achieved = achieved_of(this->encoded(options).index.total);
       if (achieved.rmse > 0) {
         EXPECT_GE(achieved.psnr, wanted);
       }

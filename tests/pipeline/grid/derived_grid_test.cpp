@@ -7,7 +7,6 @@
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "pipeline/meshes/mesh_builder.h"
-#include "pipeline/parts/work_orders.h"
 #include "pipeline/verify/verifier.h"
 #include "pipeline/verify/verify.h"
 #include "tests/pipeline/library/library_calls.h"
@@ -204,12 +203,7 @@ TEST_F(DerivedGridOfFile, TheFileIsTheSameInStripsAndInPartsOnRanks) {
   little.memory = smallest_memory_of_encoding(parameters, true, std::uint64_t{1} << 20);
   encode_volume(path("in.nrrd"), {}, path("strips.tag"), true, options, little);
   EXPECT_TRUE(file_content(path("strips.tag")) == expected);
-  FakeRanks(3).run([&](Ranks& ranks) {
-    if (ranks.rank() > 0) {
-      serve(
-          ranks, [](std::uint64_t) {}, [](const Bytes&) {});
-      return;
-    }
+  by(3, [&](Ranks& ranks) {
     committed(encode_volume(ranks, {.input = path("in.nrrd"),
                                     .output = path("parts.tag"),
                                     .options = options,
@@ -218,7 +212,6 @@ TEST_F(DerivedGridOfFile, TheFileIsTheSameInStripsAndInPartsOnRanks) {
                   ranks, {.input = path("parts.tag"), .original = path("in.nrrd"), .resources = Resources(1)})
                   .active_points,
               verify_file(stored_, std::nullopt, {}, Resources(1)).active_points);
-    dismiss(ranks, 0);
   });
   EXPECT_TRUE(file_content(path("parts.tag")) == expected);
 }
@@ -251,23 +244,6 @@ TEST_F(DerivedGridOfFile, EveryStretchOfRowsHasItsGrid) {
       }
 }
 
-TEST_F(DerivedGridOfFile, WhatNeedsTheGridIsRefused) {
-  const auto refusal = [](auto set) {
-    EncodeOptions options{.grid = GridOrigin::derived, .max_error = 5};
-    set(options);
-    try {
-      options.validate();
-    } catch (const UsageError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
-  };
-  EXPECT_EQ(refusal([](EncodeOptions&) {}), "");
-  EXPECT_NE(refusal([](EncodeOptions& o) { o.grid_only = true; }), "");
-  EXPECT_NE(refusal([](EncodeOptions& o) { o.surface_error = 1; }), "");
-  EXPECT_NE(refusal([](EncodeOptions& o) { o.mesh_error = 9; }), "");
-}
-
 TEST_F(DerivedGridOfFile, ABrickWithAGridIsRefused) {
   const Index3 dims = {9, 8, 7};
   EncodeOptions options{.cube_size = 8};
@@ -290,9 +266,7 @@ TEST_F(DerivedGridOfFile, TheLibraryCountsItsLevels) {
     tagrid_reader* opened = nullptr;
     EXPECT_EQ(tagrid_reader_open_file(file.c_str(), &opened), TAGRID_OK);
     const ReaderHandle reader(opened);
-    tagrid_info info;
-    tagrid_info_init(&info);
-    EXPECT_EQ(tagrid_reader_info(opened, &info), TAGRID_OK);
+    const tagrid_info info = info_of(opened);
     EXPECT_EQ(info.grid_derived, derived);
     std::vector<std::uint64_t> active(static_cast<std::size_t>(info.levels) + 1);
     EXPECT_EQ(tagrid_reader_levels(opened, active.data(), nullptr), TAGRID_OK);

@@ -10,7 +10,6 @@
 #include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
-#include "tests/support/vtu_reader.h"
 
 namespace tagrid {
 namespace {
@@ -27,9 +26,6 @@ class Options : public TemporaryFolder {
       return;
     }
     EXPECT_NO_THROW(verify_file(path("a.tag"), path("in.nrrd"), {}, Resources(1)));
-  }
-  void expect_refused(const EncodeOptions& options) {
-    EXPECT_THROW(encode_volume(path("in.nrrd"), {}, path("b.tag"), true, options, Resources(1)), UsageError);
   }
 };
 
@@ -58,8 +54,8 @@ TEST_F(Options, WhatIsAcceptedDecodes) {
 }
 
 TEST_F(Options, BoundsThatAreEqualInWholeUnitsAreRefused) {
-  EncodeOptions options{.max_error = 2.7, .surface_error = 2.3};
-  expect_refused(options);
+  const EncodeOptions options{.max_error = 2.7, .surface_error = 2.3};
+  EXPECT_THROW(encode_volume(path("in.nrrd"), {}, path("b.tag"), true, options, Resources(1)), UsageError);
 }
 
 TEST_F(Options, ALooserMeshBoundNeverMakesMorePointsActive) {
@@ -151,37 +147,8 @@ TEST_F(WideOptions, TheGridDoesNotDependOnTheTypeOfTheSamples) {
   same_as_narrow(options);
   options.mesh_error = 10;
   options.max_error = 4;
-  const auto expected = active(narrow, options);
-  EXPECT_EQ(active(std::vector<std::int32_t>(narrow.begin(), narrow.end()), options), expected);
-}
-
-TEST_F(WideOptions, ValuesOfAMeshHaveTheTypeOfTheVolume) {
-  const auto check = [&](auto sample, const char* name) {
-    using T = decltype(sample);
-    const auto samples = awkward_volume<T>(Awkward::not_finite_blobs, dims_, 2);
-    for (const bool grid : {false, true}) {
-      EncodeOptions options{.grid_only = grid, .cube_size = 4};
-      encode(samples, options);
-      MeshOptions mesh;
-      mesh.overwrite = mesh.padded = true;
-      write_mesh(tag_, path("m.vtu"), mesh, Resources(1));
-      Vtu vtu(path("m.vtu"));
-      const auto xyz = vtu.array<double>("Float64", "Points");
-      const auto values = vtu.array<T>(name, "value");
-      ASSERT_EQ(xyz.size(), 3 * values.size());
-      ASSERT_GT(values.size(), 8U);
-      const Box box = Box::of_size(dims_);
-      for (std::size_t i = 0; i < values.size(); ++i) {
-        const Index3 p = box.nearest(
-            {std::llround(xyz[3 * i]), std::llround(xyz[3 * i + 1]), std::llround(xyz[3 * i + 2])});
-        EXPECT_TRUE(comes_back(samples[static_cast<std::size_t>(box.offset(p))], values[i], 0));
-      }
-    }
-  };
-  check(float{}, "Float32");
-  check(double{}, "Float64");
-  check(std::int32_t{}, "Int32");
-  check(std::uint32_t{}, "UInt32");
+  EXPECT_EQ(active(std::vector<std::int32_t>(narrow.begin(), narrow.end()), options),
+            active(narrow, options));
 }
 
 }  // namespace

@@ -1,18 +1,14 @@
 // The half of the library that reads a block at a time: the caller fetches the bytes.
-#include <algorithm>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <random>
-#include <string>
-#include <vector>
 
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
 #include "stages/sample/sample_type.h"
 #include "tagrid/tagrid.h"
 #include "tagrid/tagrid_blocks.h"
+#include "tests/pipeline/library/library_calls.h"
 #include "tests/support/counted_heap.h"
 #include "tests/support/sanitized.h"
 
@@ -75,6 +71,17 @@ struct Blocks {
   tagrid_blocks* handle = nullptr;
 };
 
+/// A golden file, open.
+struct OpenBlocks {
+  explicit OpenBlocks(const std::filesystem::path& path) : file(content_of(path)) {
+    EXPECT_EQ(fetching(blocks.handle, [&] { return tagrid_blocks_open(blocks.handle); }), TAGRID_OK);
+  }
+
+  const Bytes file;
+  Fetching fetching{file};
+  const Blocks blocks{file.size()};
+};
+
 struct Decoder {
   explicit Decoder(const tagrid_blocks* blocks) {
     std::size_t bytes = 0;
@@ -91,6 +98,11 @@ tagrid_info info_of(tagrid_blocks* blocks) {
   tagrid_info_init(&info);
   EXPECT_EQ(tagrid_blocks_info(blocks, &info), TAGRID_OK);
   return info;
+}
+
+tagrid_box box_of(tagrid_blocks* blocks) {
+  const tagrid_info info = info_of(blocks);
+  return whole_box({info.dims[0], info.dims[1], info.dims[2]});
 }
 
 std::vector<tagrid_block> planned(Fetching& fetching, tagrid_blocks* blocks, const tagrid_box& box) {
@@ -153,23 +165,12 @@ Bytes samples_by_reader(const tagrid_reader* reader, const tagrid_box& box, std:
   return samples;
 }
 
-tagrid_box some_box(const std::int64_t* dims, std::mt19937& random) {
-  tagrid_box box;
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::int64_t a = static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(dims[axis])),
-                       b = static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(dims[axis]));
-    box.low[axis] = std::min(a, b);
-    box.high[axis] = std::max(a, b) + 1;
-  }
-  return box;
-}
-
 void same_samples(const Bytes& file, tagrid_blocks* blocks, const tagrid_reader* reader) {
   Fetching fetching(file);
   const tagrid_info info = info_of(blocks);
   std::mt19937 random(1);
-  tagrid_box box = {{0, 0, 0}, {info.dims[0], info.dims[1], info.dims[2]}};
-  for (int i = 0; i < 3; ++i, box = some_box(info.dims, random))
+  tagrid_box box = box_of(blocks);
+  for (int i = 0; i < 3; ++i, box = any_box({info.dims[0], info.dims[1], info.dims[2]}, random))
     EXPECT_EQ(samples_by_blocks(file, fetching, blocks, box),
               samples_by_reader(reader, box, tagrid_sample_size(info.type)));
 }
@@ -177,53 +178,40 @@ void same_samples(const Bytes& file, tagrid_blocks* blocks, const tagrid_reader*
 TEST(LibraryBlocks, SamplesAreThoseOfTheReader) {
   for (const auto& path : golden_files()) {
     SCOPED_TRACE(path.filename());
-    const Bytes file = content_of(path);
-    Fetching fetching(file);
-    const Blocks blocks(file.size());
-    ASSERT_EQ(fetching(blocks.handle, [&] { return tagrid_blocks_open(blocks.handle); }), TAGRID_OK);
+    OpenBlocks open(path);
+    auto& [file, fetching, blocks] = open;
     tagrid_reader* reader = nullptr;
     ASSERT_EQ(tagrid_reader_open_file(path.c_str(), &reader), TAGRID_OK);
     const tagrid_info info = info_of(blocks.handle);
-    tagrid_info expected;
-    tagrid_info_init(&expected);
-    ASSERT_EQ(tagrid_reader_info(reader, &expected), TAGRID_OK);
+    const tagrid_info expected = tagrid::info_of(reader);
     EXPECT_EQ(std::memcmp(&info, &expected, sizeof info), 0);
     EXPECT_STREQ(tagrid_blocks_metadata(blocks.handle), tagrid_reader_metadata(reader));
     same_samples(file, blocks.handle, reader);
 
     std::int64_t factors[TAGRID_MOST_OVERVIEWS], volumes = 0;
     ASSERT_EQ(tagrid_blocks_overviews(blocks.handle, factors), TAGRID_OK);
-    for (const std::int64_t* factor = factors; *factor != 0; ++factor) {
+    const auto same_part = [&](std::int64_t number, auto of_blocks, auto of_reader) {
       tagrid_blocks* nested = nullptr;
       tagrid_reader* other = nullptr;
-      ASSERT_EQ(
-          fetching(blocks.handle, [&] { return tagrid_blocks_overview(blocks.handle, *factor, &nested); }),
-          TAGRID_OK);
-      ASSERT_EQ(tagrid_reader_overview(reader, *factor, &other), TAGRID_OK);
-      const Blocks overview(nested);
-      same_samples(file, overview.handle, other);
+      tagrid_blocks* const whole = open.blocks.handle;
+      ASSERT_EQ(open.fetching(whole, [&] { return of_blocks(whole, number, &nested); }), TAGRID_OK);
+      ASSERT_EQ(of_reader(reader, number, &other), TAGRID_OK);
+      const Blocks part(nested);
+      same_samples(open.file, part.handle, other);
       tagrid_reader_close(other);
-    }
+    };
+    for (const std::int64_t* factor = factors; *factor != 0; ++factor)
+      same_part(*factor, tagrid_blocks_overview, tagrid_reader_overview);
     ASSERT_EQ(tagrid_blocks_volumes(blocks.handle, &volumes), TAGRID_OK);
-    for (std::int64_t number = 0; number < volumes; ++number) {
-      tagrid_blocks* nested = nullptr;
-      tagrid_reader* other = nullptr;
-      ASSERT_EQ(fetching(blocks.handle, [&] { return tagrid_blocks_volume(blocks.handle, number, &nested); }),
-                TAGRID_OK);
-      ASSERT_EQ(tagrid_reader_volume(reader, number, &other), TAGRID_OK);
-      const Blocks volume(nested);
-      same_samples(file, volume.handle, other);
-      tagrid_reader_close(other);
-    }
+    for (std::int64_t number = 0; number < volumes; ++number)
+      same_part(number, tagrid_blocks_volume, tagrid_reader_volume);
     tagrid_reader_close(reader);
   }
 }
 
 TEST(LibraryBlocks, OpeningFetchesTheTwoEnds) {
-  const Bytes file = content_of(TAGRID_SOURCE_DIR "/tests/golden/1.0/pages_lossless_uint8.tag");
-  Fetching fetching(file);
-  const Blocks blocks(file.size());
-  ASSERT_EQ(fetching(blocks.handle, [&] { return tagrid_blocks_open(blocks.handle); }), TAGRID_OK);
+  OpenBlocks open(TAGRID_SOURCE_DIR "/tests/golden/1.0/pages_lossless_uint8.tag");
+  auto& [file, fetching, blocks] = open;
   EXPECT_EQ(fetching.fetches, 2);
   // Bytes are forgotten; the pages that were read are kept.
   const tagrid_box box = {{0, 0, 0}, {1, 1, 1}};
@@ -236,14 +224,10 @@ TEST(LibraryBlocks, OpeningFetchesTheTwoEnds) {
 TEST(LibraryBlocks, DecodingTakesNoMoreMemoryThanItSays) {
   for (const auto& path : golden_files()) {
     SCOPED_TRACE(path.filename());
-    const Bytes file = content_of(path);
-    Fetching fetching(file);
-    const Blocks blocks(file.size());
-    ASSERT_EQ(fetching(blocks.handle, [&] { return tagrid_blocks_open(blocks.handle); }), TAGRID_OK);
-    const tagrid_info info = info_of(blocks.handle);
+    OpenBlocks open(path);
+    auto& [file, fetching, blocks] = open;
     const Decoder decoder(blocks.handle);
-    for (const tagrid_block& block :
-         planned(fetching, blocks.handle, {{0, 0, 0}, {info.dims[0], info.dims[1], info.dims[2]}})) {
+    for (const tagrid_block& block : planned(fetching, blocks.handle, box_of(blocks.handle))) {
       const void* samples = nullptr;
       std::size_t count = 0;
       const HeapPeak peak;
@@ -266,16 +250,12 @@ TEST(LibraryBlocks, DecodingTakesNoMoreMemoryThanItSays) {
 }
 
 TEST(LibraryBlocks, EdgesTakeNoMoreMemoryThanIsPromised) {
-  const Bytes file = content_of(TAGRID_SOURCE_DIR "/tests/golden/1.0/lead_voxels_bounded_int16.tag");
-  Fetching fetching(file);
-  const Blocks blocks(file.size());
-  ASSERT_EQ(fetching(blocks.handle, [&] { return tagrid_blocks_open(blocks.handle); }), TAGRID_OK);
-  const tagrid_info info = info_of(blocks.handle);
+  OpenBlocks open(TAGRID_SOURCE_DIR "/tests/golden/1.0/lead_voxels_bounded_int16.tag");
+  auto& [file, fetching, blocks] = open;
   const Decoder decoder(blocks.handle);
   std::mt19937 random(4);
   int bricks = 0;
-  for (const tagrid_block& block :
-       planned(fetching, blocks.handle, {{0, 0, 0}, {info.dims[0], info.dims[1], info.dims[2]}})) {
+  for (const tagrid_block& block : planned(fetching, blocks.handle, box_of(blocks.handle))) {
     ++bricks;
     tagrid_box box;
     const std::uint64_t* words = nullptr;
@@ -322,8 +302,7 @@ TEST(LibraryBlocks, DamageIsBrokenInput) {
       EXPECT_STRNE(tagrid_blocks_message(blocks.handle), "");
       continue;
     }
-    const tagrid_info info = info_of(blocks.handle);
-    const tagrid_box box = {{0, 0, 0}, {info.dims[0], info.dims[1], info.dims[2]}};
+    const tagrid_box box = box_of(blocks.handle);
     tagrid_block some[64];
     std::size_t count = 0;
     const tagrid_status plan = fetching(blocks.handle, [&] {

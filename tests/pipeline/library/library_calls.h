@@ -1,6 +1,8 @@
 // Calls of the library as a user makes them, with files in memory that count reads and can be told to fail.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cstring>
@@ -88,8 +90,10 @@ struct Encoded {
 };
 
 /// Encodes, some slices at a time.
-inline void encode(const tagrid_encode_options& options, const void* samples, Encoded& encoded,
-                   const tagrid_call* call = nullptr, std::int64_t slices_at_once = 3) {
+inline Encoded encode(const tagrid_encode_options& options, const void* samples,
+                      const tagrid_call* call = nullptr, std::int64_t slices_at_once = 3,
+                      int write_fails_at = -1) {
+  Encoded encoded{.write_fails_at = write_fails_at};
   tagrid_encoder* opened = nullptr;
   encoded.status = tagrid_encoder_open(&options, Encoded::write, &encoded, call, &opened);
   const EncoderHandle encoder(opened);
@@ -102,6 +106,7 @@ inline void encode(const tagrid_encode_options& options, const void* samples, En
   encoded.info.struct_size = sizeof encoded.info;
   if (encoded.status == TAGRID_OK) encoded.status = tagrid_encoder_finish(opened, &encoded.info);
   encoded.message = tagrid_encoder_message(opened);
+  return encoded;
 }
 
 inline tagrid_encode_options encode_options(Index3 dims, SampleType type) {
@@ -122,8 +127,7 @@ MemoryFile encoded_file(Index3 dims, const std::vector<T>& samples, bool grid_on
   tagrid_encode_options options = encode_options(dims, sample_type_of<T>());
   options.grid_only = grid_only;
   if (!grid_only) options.max_error = max_error;
-  Encoded encoded;
-  encode(options, samples.data(), encoded);
+  const Encoded encoded = encode(options, samples.data());
   if (encoded.status != TAGRID_OK) throw std::runtime_error(encoded.message);
   return {encoded.bytes};
 }
@@ -136,6 +140,36 @@ inline tagrid_call call_of(int threads, tagrid_progress progress = nullptr, void
   call.progress_user = user;
   return call;
 }
+
+inline tagrid_box whole_box(Index3 dims) { return {{0, 0, 0}, {dims.x, dims.y, dims.z}}; }
+
+inline tagrid_info info_of(const tagrid_reader* reader) {
+  tagrid_info info;
+  tagrid_info_init(&info);
+  tagrid_reader_info(reader, &info);
+  return info;
+}
+
+inline tagrid_mesh_options mesh_options(const tagrid_box* box = nullptr) {
+  tagrid_mesh_options options;
+  tagrid_mesh_options_init(&options);
+  options.box = box;
+  return options;
+}
+
+/// Counts calls of progress, and cancels one of them.
+struct CountedProgress {
+  int calls = 0, stop_at = -1;
+  std::uint64_t done = 0, total = 0;
+
+  static int report(void* user, uint64_t done, uint64_t total) {
+    auto& progress = *static_cast<CountedProgress*>(user);
+    EXPECT_GE(done, progress.done);
+    EXPECT_LE(done, total);
+    progress.done = done, progress.total = total;
+    return progress.calls++ == progress.stop_at ? 1 : 0;
+  }
+};
 
 /// A box within the volume.
 template <class Random>

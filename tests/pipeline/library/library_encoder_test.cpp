@@ -15,19 +15,24 @@ namespace tagrid {
 namespace {
 
 struct LibraryEncoder : TemporaryFolder {
-  // The library and the program get the same settings.
+  // Makes volume.tag by the program, with the settings that the library gets.
   template <class T>
-  void expect_bytes_of_the_program(Index3 dims, const tagrid_encode_options& options, EncodeOptions same,
-                                   unsigned seed, const std::string& fields) {
-    const auto samples = awkward_volume<T>(Awkward(seed % static_cast<unsigned>(Awkward::count)), dims, seed);
+  void encode_by_program(Index3 dims, const std::vector<T>& samples, const tagrid_encode_options& options,
+                         EncodeOptions same, const std::string& fields = "") {
     write_nrrd(path("volume.nrrd"), dims, samples, fields);
     same.cube_size = options.cube;
     if (options.brick != 0) same.brick_edge = options.brick;
     if (sizeof(T) > 2) same.range = {0, 100};
     encode_volume(path("volume.nrrd"), {}, path("volume.tag"), true, same, Resources(2));
-    Encoded encoded;
+  }
+
+  template <class T>
+  void expect_bytes_of_the_program(Index3 dims, const tagrid_encode_options& options,
+                                   const EncodeOptions& same, unsigned seed, const std::string& fields) {
+    const auto samples = awkward_volume<T>(Awkward(seed % static_cast<unsigned>(Awkward::count)), dims, seed);
+    encode_by_program(dims, samples, options, same, fields);
     const tagrid_call call = call_of(1 + static_cast<int>(seed % 4));
-    encode(options, samples.data(), encoded, &call, 1 + seed % 5);
+    const Encoded encoded = encode(options, samples.data(), &call, 1 + seed % 5);
     ASSERT_EQ(encoded.status, TAGRID_OK) << encoded.message;
     ASSERT_EQ(encoded.bytes, content("volume.tag"));
     EXPECT_EQ(encoded.info.file_bytes, encoded.bytes.size());
@@ -35,14 +40,12 @@ struct LibraryEncoder : TemporaryFolder {
     // And back.
     MemoryFile file{encoded.bytes};
     const ReaderHandle reader = open_reader(file);
-    tagrid_info info = {};
-    info.struct_size = sizeof info;
-    ASSERT_EQ(tagrid_reader_info(reader.get(), &info), TAGRID_OK);
+    const tagrid_info info = info_of(reader.get());
     EXPECT_EQ(info.type, options.type);
     EXPECT_EQ(info.grid_only, options.grid_only);
     EXPECT_EQ(info.active_points, encoded.info.active_points);
     std::vector<T> out(samples.size());
-    const tagrid_box all = {{0, 0, 0}, {dims.x, dims.y, dims.z}};
+    const tagrid_box all = whole_box(dims);
     ASSERT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, nullptr), TAGRID_OK);
     decode_volume(path("volume.tag"), path("again.nrrd"), format_named("nrrd"), true, Resources(1));
     const auto decoded = read_samples<T>(path("again.nrrd"));
@@ -106,7 +109,6 @@ struct LibraryEncoder : TemporaryFolder {
   template <class T>
   void expect_overviews_of_the_program(const Index3& dims) {
     const auto samples = awkward_volume<T>(Awkward::smooth, dims, 3);
-    write_nrrd(path("volume.nrrd"), dims, samples, "spacings: 1 2 3\n");
     struct Choice {
       std::vector<std::int64_t> given;  // empty: not given
       std::optional<std::vector<int>> same;
@@ -122,15 +124,11 @@ struct LibraryEncoder : TemporaryFolder {
         options.geometry = &geometry;
         options.max_error = max_error;
         options.overviews = given.empty() ? nullptr : given.data();
-        EncodeOptions same{.max_error = max_error, .overviews = factors};
-        same.cube_size = options.cube;
-        same.brick_edge = options.brick;
-        if (sizeof(T) > 2) same.range = {0, 100};
-        encode_volume(path("volume.nrrd"), {}, path("volume.tag"), true, same, Resources(2));
+        encode_by_program(dims, samples, options, {.max_error = max_error, .overviews = factors},
+                          "spacings: 1 2 3\n");
         for (const int threads : {1, 3}) {
-          Encoded encoded;
           const tagrid_call call = call_of(threads);
-          encode(options, samples.data(), encoded, &call);
+          const Encoded encoded = encode(options, samples.data(), &call);
           ASSERT_EQ(encoded.status, TAGRID_OK) << encoded.message;
           ASSERT_EQ(encoded.bytes, content("volume.tag"));
           EXPECT_EQ(encoded.info.file_bytes, encoded.bytes.size());
@@ -161,36 +159,27 @@ constexpr Index3 dims = {21, 18, 16};
 TEST_F(LibraryEncoder, BoundsThatFollowFromTheSamplesAreThoseOfTheProgram) {
   const Index3 dims = {40, 30, 20};
   const auto samples = blobs<std::int16_t>(dims, 1, 20);
-  write_nrrd(path("volume.nrrd"), dims, samples, "");
   const std::pair<tagrid_error_rule, ErrorRule> rules[] = {
       {TAGRID_RULE_NOISE, {ErrorRule::Kind::noise, 1.5}},
       {TAGRID_RULE_RELATIVE, {ErrorRule::Kind::relative, 0.05}},
       {TAGRID_RULE_PSNR, {ErrorRule::Kind::psnr, 25}}};
   for (const auto& [rule, same_rule] : rules) {
-    EncodeOptions same{.error_rule = same_rule};
     tagrid_encode_options options = encode_options(dims, SampleType::int16);
-    same.cube_size = options.cube;
-    if (options.brick != 0) same.brick_edge = options.brick;
-    encode_volume(path("volume.nrrd"), {}, path("volume.tag"), true, same, Resources(2));
+    encode_by_program(dims, samples, options, {.error_rule = same_rule});
     options.error_rule = rule;
     options.error_rule_value = same_rule.value;
-    Encoded encoded;
-    encode(options, samples.data(), encoded);
-    EXPECT_EQ(encoded.status, TAGRID_INVALID_ARGUMENT) << "without samples";
+    EXPECT_EQ(encode(options, samples.data()).status, TAGRID_INVALID_ARGUMENT) << "without samples";
     options.read_user = const_cast<std::int16_t*>(samples.data());
     options.read_samples = [](void* user, std::int64_t first, std::int64_t count, void* to) {
       std::memcpy(to, static_cast<const std::int16_t*>(user) + first, static_cast<std::size_t>(count) * 2);
       return 0;
     };
-    encoded = {};
-    encode(options, samples.data(), encoded);
+    const Encoded encoded = encode(options, samples.data());
     ASSERT_EQ(encoded.status, TAGRID_OK) << encoded.message;
     EXPECT_EQ(encoded.bytes, content("volume.tag"));
     EXPECT_GT(encoded.info.max_error, 0);
     options.read_samples = [](void*, std::int64_t, std::int64_t, void*) { return 7; };
-    encoded = {};
-    encode(options, samples.data(), encoded);
-    EXPECT_EQ(encoded.status, TAGRID_IO_ERROR);
+    EXPECT_EQ(encode(options, samples.data()).status, TAGRID_IO_ERROR);
   }
 }
 
@@ -208,8 +197,7 @@ TEST_F(LibraryEncoder, OverviewsThatCannotBeAreRefusedAndNothingIsReadBehindThem
       {-4}, {2}, {8}, {4, 4}, {16, 4}, {4, 4096}, {std::int64_t{1} << 32}, {4, (std::int64_t{1} << 32) + 16}};
   for (const auto& mistake : mistakes) {
     options.overviews = mistake.data();
-    Encoded encoded;
-    encode(options, nullptr, encoded);
+    const Encoded encoded = encode(options, nullptr);
     EXPECT_EQ(encoded.status, TAGRID_INVALID_ARGUMENT) << mistake.back();
     EXPECT_TRUE(has(encoded.message, "powers of 4")) << encoded.message;
     EXPECT_EQ(encoded.bytes, "");
@@ -222,17 +210,15 @@ TEST_F(LibraryEncoder, ATemporaryFileThatCannotBeCreatedIsAnErrorBeforeTheFirstB
   const std::int64_t factors[] = {4, 0};
   const std::string missing = path("missing");
   options.spool = missing.c_str();
-  Encoded without, refused;
-  encode(options, samples.data(), without);
+  const Encoded without = encode(options, samples.data());
   EXPECT_EQ(without.status, TAGRID_OK) << without.message;
   options.overviews = factors;
-  encode(options, samples.data(), refused);
+  const Encoded refused = encode(options, samples.data());
   EXPECT_EQ(refused.status, TAGRID_IO_ERROR);
   EXPECT_TRUE(has(refused.message, missing)) << refused.message;
   EXPECT_EQ(refused.bytes, "");
   std::filesystem::create_directory(missing);
-  Encoded encoded;
-  encode(options, samples.data(), encoded);
+  const Encoded encoded = encode(options, samples.data());
   EXPECT_EQ(encoded.status, TAGRID_OK) << encoded.message;
   EXPECT_TRUE(std::filesystem::is_empty(missing));
 }
@@ -241,16 +227,13 @@ TEST_F(LibraryEncoder, AWriteOfAnOverviewThatFailsEndsIt) {
   const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, dims, 2);
   tagrid_encode_options options = encode_options(dims, SampleType::int16);
   const std::int64_t factors[] = {4, 16, 0};
-  Encoded without, whole;
-  encode(options, samples.data(), without);
+  const Encoded without = encode(options, samples.data());
   options.overviews = factors;
-  encode(options, samples.data(), whole);
+  const Encoded whole = encode(options, samples.data());
   ASSERT_EQ(whole.status, TAGRID_OK);
   ASSERT_GT(whole.writes, without.writes + 2);
   for (int n = without.writes - 2; n < whole.writes; ++n) {
-    Encoded encoded;
-    encoded.write_fails_at = n;
-    encode(options, samples.data(), encoded);
+    const Encoded encoded = encode(options, samples.data(), nullptr, 3, n);
     ASSERT_EQ(encoded.status, TAGRID_IO_ERROR) << n;
     ASSERT_TRUE(has(encoded.message, "error 9")) << encoded.message;
     ASSERT_EQ(encoded.bytes, whole.bytes.substr(0, encoded.bytes.size()));
@@ -260,8 +243,7 @@ TEST_F(LibraryEncoder, AWriteOfAnOverviewThatFailsEndsIt) {
 TEST_F(LibraryEncoder, SlicesMayLieAnywhere) {
   const auto samples = awkward_volume<std::int16_t>(Awkward::noise, dims, 1);
   const tagrid_encode_options options = encode_options(dims, SampleType::int16);
-  Encoded dense;
-  encode(options, samples.data(), dense);
+  const Encoded dense = encode(options, samples.data());
   // z fastest, from the last to the first, and y with gaps.
   const std::int64_t strides[3] = {2 * dims.z * (dims.y + 3), 2 * dims.z, -2};
   std::vector<std::int16_t> turned(static_cast<std::size_t>(dims.x * (dims.y + 3) * dims.z));
@@ -280,15 +262,12 @@ TEST_F(LibraryEncoder, SlicesMayLieAnywhere) {
 TEST_F(LibraryEncoder, AWriteThatFailsEndsIt) {
   const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, dims, 2);
   const tagrid_encode_options options = encode_options(dims, SampleType::int16);
-  Encoded whole;
-  encode(options, samples.data(), whole);
+  const Encoded whole = encode(options, samples.data());
   ASSERT_EQ(whole.status, TAGRID_OK);
   ASSERT_GT(whole.writes, 10);
   const tagrid_call call = call_of(2);
   for (int n = 0; n < whole.writes; ++n) {
-    Encoded encoded;
-    encoded.write_fails_at = n;
-    encode(options, samples.data(), encoded, &call, 1);
+    const Encoded encoded = encode(options, samples.data(), &call, 1, n);
     ASSERT_EQ(encoded.status, TAGRID_IO_ERROR) << n;
     ASSERT_NE(encoded.message.find("error 9"), std::string::npos) << encoded.message;
     ASSERT_EQ(encoded.bytes, whole.bytes.substr(0, encoded.bytes.size()));
@@ -298,27 +277,15 @@ TEST_F(LibraryEncoder, AWriteThatFailsEndsIt) {
 TEST_F(LibraryEncoder, ItStopsWhereProgressSaysSo) {
   const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, dims, 3);
   const tagrid_encode_options options = encode_options(dims, SampleType::int16);
-  struct State {
-    int calls = 0, stop_at = -1;
-    std::uint64_t done = 0, total = 0;
-  };
-  const auto progress = [](void* user, uint64_t done, uint64_t total) {
-    auto& state = *static_cast<State*>(user);
-    state.done = done, state.total = total;
-    return state.calls++ == state.stop_at ? 1 : 0;
-  };
-  State whole;
-  tagrid_call call = call_of(2, progress, &whole);
-  Encoded encoded;
-  encode(options, samples.data(), encoded, &call);
-  ASSERT_EQ(encoded.status, TAGRID_OK);
+  CountedProgress whole;
+  tagrid_call call = call_of(2, CountedProgress::report, &whole);
+  ASSERT_EQ(encode(options, samples.data(), &call).status, TAGRID_OK);
   EXPECT_EQ(whole.done, samples.size() * 2);
   EXPECT_EQ(whole.total, samples.size() * 2);
   for (int stop_at = 0; stop_at < whole.calls; ++stop_at) {
-    State state{0, stop_at};
-    call.progress_user = &state;
-    Encoded stopped;
-    encode(options, samples.data(), stopped, &call, 1);
+    CountedProgress at{.stop_at = stop_at};
+    call.progress_user = &at;
+    const Encoded stopped = encode(options, samples.data(), &call, 1);
     ASSERT_EQ(stopped.status, TAGRID_CANCELLED) << stop_at;
     ASSERT_EQ(stopped.message, "cancelled by the caller");
   }
@@ -390,15 +357,13 @@ TEST_F(LibraryEncoder, TheSmallestLimitOfMemoryIsEnoughAndLessIsRefused) {
     const tagrid_encode_options options = encode_options(size, SampleType::int16);
     const std::uint64_t smallest = tagrid_encode_memory(&options);
     ASSERT_GT(smallest, 0u);
-    Encoded free, limited, refused;
-    encode(options, samples.data(), free);
     tagrid_call call = call_of(4);
     call.memory_limit = smallest;
-    encode(options, samples.data(), limited, &call);
+    const Encoded limited = encode(options, samples.data(), &call);
     EXPECT_EQ(limited.status, TAGRID_OK) << limited.message;
-    EXPECT_EQ(limited.bytes, free.bytes);
+    EXPECT_EQ(limited.bytes, encode(options, samples.data()).bytes);
     call.memory_limit = smallest - 1;
-    encode(options, samples.data(), refused, &call);
+    const Encoded refused = encode(options, samples.data(), &call);
     EXPECT_EQ(refused.status, TAGRID_MEMORY_LIMIT);
     const std::uint64_t mebibyte = 1 << 20;
     EXPECT_TRUE(has(refused.message,
@@ -435,8 +400,7 @@ TEST_F(LibraryEncoder, OptionsThatMakeNoSenseAreRefused) {
   for (const auto& mistake : mistakes) {
     tagrid_encode_options options = good;
     mistake(options);
-    Encoded encoded;
-    encode(options, nullptr, encoded);
+    const Encoded encoded = encode(options, nullptr);
     EXPECT_EQ(encoded.status, TAGRID_INVALID_ARGUMENT) << number << ": " << encoded.message;
     EXPECT_NE(encoded.message, "") << number;
     EXPECT_EQ(encoded.bytes, "") << number;
@@ -479,8 +443,7 @@ TEST_F(LibraryEncoder, AnyGeometryOfAReaderIsTakenAndComesBack) {
         }
         tagrid_encode_options options = encode_options(dims, SampleType::int16);
         options.geometry = &geometry;
-        Encoded encoded;
-        encode(options, samples.data(), encoded);
+        const Encoded encoded = encode(options, samples.data());
         ASSERT_EQ(encoded.status, TAGRID_OK) << encoded.message;
         const tagrid_geometry& found = encoded.info.geometry;
         EXPECT_EQ(found.has_origin, has_origin);
@@ -513,8 +476,7 @@ TEST_F(LibraryEncoder, MetadataThatNoReaderWouldTakeIsRefusedAndAllElseComesBack
       metadata += c.compresses ? 'x' : static_cast<char>('\r' + 1 + random() % (255 - '\r'));
     metadata += '\n';
     options.metadata = metadata.c_str();
-    Encoded encoded;
-    encode(options, samples.data(), encoded);
+    const Encoded encoded = encode(options, samples.data());
     ASSERT_EQ(encoded.status, c.fits ? TAGRID_OK : TAGRID_INVALID_ARGUMENT) << c.length << encoded.message;
     if (c.fits) {
       MemoryFile file{encoded.bytes};
@@ -533,8 +495,8 @@ TEST_F(LibraryEncoder, MetadataThatNoReaderWouldTakeIsRefusedAndAllElseComesBack
 TEST_F(LibraryEncoder, WrongNumbersOfSlicesAreRefusedAndRightOnesMayFollow) {
   const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, dims, 7);
   const tagrid_encode_options options = encode_options(dims, SampleType::int16);
-  Encoded whole, encoded;
-  encode(options, samples.data(), whole);
+  const Encoded whole = encode(options, samples.data());
+  Encoded encoded;
   tagrid_encoder* opened = nullptr;
   ASSERT_EQ(tagrid_encoder_open(&options, Encoded::write, &encoded, nullptr, &opened), TAGRID_OK);
   const EncoderHandle encoder(opened);
@@ -556,12 +518,11 @@ TEST_F(LibraryEncoder, TwoEncodersAndThreeReadersAtOnceGiveWhatEachGivesAlone) {
   const tagrid_encode_options first_options = encode_options(dims, SampleType::int16);
   tagrid_encode_options second_options = encode_options(dims, SampleType::float32);
   second_options.max_error = 0.5;
-  Encoded first_alone, second_alone;
-  encode(first_options, first.data(), first_alone);
-  encode(second_options, second.data(), second_alone);
+  const Encoded first_alone = encode(first_options, first.data()),
+                second_alone = encode(second_options, second.data());
   ASSERT_EQ(second_alone.status, TAGRID_OK) << second_alone.message;
 
-  const tagrid_box all = {{0, 0, 0}, {dims.x, dims.y, dims.z}};
+  const tagrid_box all = whole_box(dims);
   Encoded first_again, second_again;
   MemoryFile file{first_alone.bytes};
   const ReaderHandle shared = open_reader(file);
@@ -571,8 +532,8 @@ TEST_F(LibraryEncoder, TwoEncodersAndThreeReadersAtOnceGiveWhatEachGivesAlone) {
   const tagrid_call call = call_of(3);
   {
     std::vector<std::thread> threads;
-    threads.emplace_back([&] { encode(first_options, first.data(), first_again, &call); });
-    threads.emplace_back([&] { encode(second_options, second.data(), second_again, &call, 1); });
+    threads.emplace_back([&] { first_again = encode(first_options, first.data(), &call); });
+    threads.emplace_back([&] { second_again = encode(second_options, second.data(), &call, 1); });
     for (int i = 0; i < 2; ++i)
       threads.emplace_back([&, i] {
         MemoryFile own{first_alone.bytes};

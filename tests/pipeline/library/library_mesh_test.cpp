@@ -59,11 +59,9 @@ TEST_F(LibraryMesh, TheMeshIsThatOfTheProgramWholeAndInPart) {
 
         Taken taken;
         const tagrid_mesh_sink sink = taken.sink();
-        tagrid_mesh_options options;
-        tagrid_mesh_options_init(&options);
+        tagrid_mesh_options options = mesh_options(is_part ? &box : nullptr);
         options.level = level;
         options.padded = padded;
-        if (is_part) options.box = &box;
         const ReaderHandle reader = open_reader(memory);
         ASSERT_EQ(tagrid_reader_mesh(reader.get(), &options, &sink, nullptr), TAGRID_OK)
             << tagrid_reader_message(reader.get());
@@ -76,16 +74,13 @@ TEST_F(LibraryMesh, TheMeshIsThatOfTheProgramWholeAndInPart) {
 
 TEST_F(LibraryMesh, ABoxReadsTheBricksAroundItAndNothingElse) {
   const Index3 dims = {45, 45, 45};
-  const auto samples = blobs<std::int16_t>(dims, 4);
-  MemoryFile memory = encoded_file(dims, samples, false, 1);
+  MemoryFile memory = encoded_file(dims, blobs<std::int16_t>(dims, 4), false, 1);
   const ReaderHandle reader = open_reader(memory);
   Taken taken;
   const tagrid_mesh_sink sink = taken.sink();
-  tagrid_mesh_options options;
-  tagrid_mesh_options_init(&options);
   // Within one brick of 8 samples an edge: with those below it on three axes they are 8.
   const tagrid_box box = {{18, 18, 18}, {22, 22, 22}};
-  options.box = &box;
+  const tagrid_mesh_options options = mesh_options(&box);
   memory.reads.clear();
   ASSERT_EQ(tagrid_reader_mesh(reader.get(), &options, &sink, nullptr), TAGRID_OK);
   EXPECT_EQ(memory.reads.size(), 8u + 1) << "and the page of the index";
@@ -95,11 +90,9 @@ TEST_F(LibraryMesh, ASinkThatFailsEndsIt) {
   const Index3 dims = {19, 14, 17};
   MemoryFile memory = encoded_file(dims, blobs<std::int16_t>(dims, 5));
   const ReaderHandle reader = open_reader(memory);
-  tagrid_mesh_options options;
-  tagrid_mesh_options_init(&options);
   const tagrid_box box = {{1, 2, 3}, {18, 13, 16}};
   for (const tagrid_box* part : {static_cast<const tagrid_box*>(nullptr), &box}) {
-    options.box = part;
+    const tagrid_mesh_options options = mesh_options(part);
     Taken whole;
     tagrid_mesh_sink sink = whole.sink();
     ASSERT_EQ(tagrid_reader_mesh(reader.get(), &options, &sink, nullptr), TAGRID_OK);
@@ -119,8 +112,7 @@ TEST_F(LibraryMesh, AVolumeOfOneSliceHasAPaddedMeshOnly) {
   const ReaderHandle reader = open_reader(memory);
   Taken taken;
   const tagrid_mesh_sink sink = taken.sink();
-  tagrid_mesh_options options;
-  tagrid_mesh_options_init(&options);
+  tagrid_mesh_options options = mesh_options();
   EXPECT_EQ(tagrid_reader_mesh(reader.get(), &options, &sink, nullptr), TAGRID_INVALID_ARGUMENT);
   EXPECT_TRUE(has(std::string(tagrid_reader_message(reader.get())), "padded"));
   options.padded = 1;

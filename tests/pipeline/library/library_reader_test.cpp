@@ -16,6 +16,19 @@ namespace {
 
 constexpr Index3 dims = {27, 22, 19};
 
+/// The file of a volume, an open reader of it, and room for its samples.
+struct LibraryReader : TemporaryFolder {
+  tagrid_status read_all(const tagrid_call* call) {
+    return tagrid_reader_read(reader_.get(), &all_, nullptr, out_.data(), nullptr, call);
+  }
+
+  const std::vector<std::uint16_t> samples_ = awkward_volume<std::uint16_t>(Awkward::noise, dims, 1);
+  MemoryFile file_ = encoded_file(dims, samples_);
+  const ReaderHandle reader_ = open_reader(file_);
+  std::vector<std::uint16_t> out_ = std::vector<std::uint16_t>(samples_.size());
+  const tagrid_box all_ = whole_box(dims);
+};
+
 template <class T>
 void expect_boxes(Awkward kind, unsigned seed) {
   std::mt19937_64 random(seed);
@@ -57,47 +70,28 @@ void expect_boxes(Awkward kind, unsigned seed) {
   }
 }
 
-TEST(LibraryReader, AnyBoxWithAnyStepsAndStridesHasTheSamplesOfTheVolumeAndNothingElseIsWritten) {
-  for (int kind = 0; kind < static_cast<int>(Awkward::count); ++kind) {
-    const auto seed = static_cast<unsigned>(kind);
-    switch (kind % 4) {
-      case 0:
-        expect_boxes<std::int16_t>(static_cast<Awkward>(kind), seed);
-        break;
-      case 1:
-        expect_boxes<std::uint8_t>(static_cast<Awkward>(kind), seed);
-        break;
-      case 2:
-        expect_boxes<float>(static_cast<Awkward>(kind), seed);
-        break;
-      default:
-        expect_boxes<double>(static_cast<Awkward>(kind), seed);
-        break;
-    }
-  }
+TEST_F(LibraryReader, AnyBoxWithAnyStepsAndStridesHasTheSamplesOfTheVolumeAndNothingElseIsWritten) {
+  void (*const of_types[])(Awkward, unsigned) = {expect_boxes<std::int16_t>, expect_boxes<std::uint8_t>,
+                                                 expect_boxes<float>, expect_boxes<double>};
+  for (unsigned kind = 0; kind < static_cast<unsigned>(Awkward::count); ++kind)
+    of_types[kind % 4](static_cast<Awkward>(kind), kind);
 }
 
-TEST(LibraryReader, ABoxReadsItsBricksAndNothingElse) {
-  const auto samples = awkward_volume<std::uint16_t>(Awkward::noise, dims, 1);
-  MemoryFile file = encoded_file(dims, samples);
-  const ReaderHandle reader = open_reader(file);
-  tagrid_info info = {};
-  info.struct_size = sizeof info;
-  ASSERT_EQ(tagrid_reader_info(reader.get(), &info), TAGRID_OK);
+TEST_F(LibraryReader, ABoxReadsItsBricksAndNothingElse) {
+  const tagrid_info info = info_of(reader_.get());
   constexpr std::uint64_t of_header = 4096, of_end = 262144;
-  for (const auto& [begin, end] : file.reads)
+  for (const auto& [begin, end] : file_.reads)
     EXPECT_TRUE(end <= of_header || (end == info.file_bytes && end - begin <= of_end)) << begin << " " << end;
 
   std::mt19937_64 random(2);
-  std::vector<std::uint16_t> out(samples.size());
   for (int i = 0; i < 60; ++i) {
     const tagrid_box box = any_box(dims, random);
     const std::int64_t step[3] = {1 + i % 3 * 6, 1 + i % 2 * 10, 1 + i % 5 * 3};
     std::set<std::pair<std::uint64_t, std::uint64_t>> allowed;
     for (std::int64_t n = 0; n < info.bricks[0] * info.bricks[1] * info.bricks[2]; ++n) {
-      tagrid_brick brick = {};
-      brick.struct_size = sizeof brick;
-      ASSERT_EQ(tagrid_reader_brick(reader.get(), n, &brick), TAGRID_OK);
+      tagrid_brick brick;
+      tagrid_brick_init(&brick);
+      ASSERT_EQ(tagrid_reader_brick(reader_.get(), n, &brick), TAGRID_OK);
       bool met = true;
       for (int axis = 0; axis < 3; ++axis) {
         bool on_axis = false;
@@ -108,40 +102,37 @@ TEST(LibraryReader, ABoxReadsItsBricksAndNothingElse) {
       // With the checksum before it.
       if (met) allowed.emplace(brick.offset - 8, brick.offset + brick.bytes);
     }
-    file.reads.clear();
-    ASSERT_EQ(tagrid_reader_read(reader.get(), &box, step, out.data(), nullptr, nullptr), TAGRID_OK);
-    const std::set<std::pair<std::uint64_t, std::uint64_t>> read(file.reads.begin(), file.reads.end());
+    file_.reads.clear();
+    ASSERT_EQ(tagrid_reader_read(reader_.get(), &box, step, out_.data(), nullptr, nullptr), TAGRID_OK);
+    const std::set<std::pair<std::uint64_t, std::uint64_t>> read(file_.reads.begin(), file_.reads.end());
     EXPECT_EQ(read, allowed);
-    EXPECT_EQ(file.reads.size(), allowed.size()) << "a brick was read twice";
+    EXPECT_EQ(file_.reads.size(), allowed.size()) << "a brick was read twice";
   }
 }
 
-TEST(LibraryReader, SeveralThreadsReadOneReaderAtOnce) {
-  const auto samples = awkward_volume<std::int16_t>(Awkward::any_bits, dims, 4);
-  MemoryFile file = encoded_file(dims, samples);
-  const ReaderHandle reader = open_reader(file);
+TEST_F(LibraryReader, SeveralThreadsReadOneReaderAtOnce) {
   std::atomic<int> wrong = 0;
   std::vector<std::thread> threads;
   for (unsigned t = 0; t < 4; ++t)
     threads.emplace_back([&, t] {
       std::mt19937_64 random(t);
+      std::vector<std::uint16_t> out(samples_.size());
       for (int i = 0; i < 8; ++i) {
         const tagrid_box box = any_box(dims, random);
-        std::vector<std::int16_t> out(samples.size());
         const tagrid_call call = call_of(1 + static_cast<int>(t));
-        if (tagrid_reader_read(reader.get(), &box, nullptr, out.data(), nullptr, &call) != TAGRID_OK) ++wrong;
+        if (tagrid_reader_read(reader_.get(), &box, nullptr, out.data(), nullptr, &call) != TAGRID_OK)
+          ++wrong;
         std::size_t n = 0;
-        for (std::int64_t z = box.low[2]; z < box.high[2]; ++z)
-          for (std::int64_t y = box.low[1]; y < box.high[1]; ++y)
-            for (std::int64_t x = box.low[0]; x < box.high[0]; ++x)
-              if (out[n++] != samples[static_cast<std::size_t>(Box::of_size(dims).offset({x, y, z}))])
-                ++wrong;
+        const Box points = {{box.low[0], box.low[1], box.low[2]},
+                            {box.high[0] - 1, box.high[1] - 1, box.high[2] - 1}};
+        for (const Index3 p : points_of(points))
+          if (out[n++] != samples_[static_cast<std::size_t>(Box::of_size(dims).offset(p))]) ++wrong;
         // A failure of another thread is not this one's.
         const tagrid_box outside = {{0, 0, 0}, {dims.x + 1, 1, 1}};
         if (t % 2 == 0) {
-          if (tagrid_reader_read(reader.get(), &outside, nullptr, out.data(), nullptr, nullptr) == TAGRID_OK)
+          if (tagrid_reader_read(reader_.get(), &outside, nullptr, out.data(), nullptr, nullptr) == TAGRID_OK)
             ++wrong;
-        } else if (*tagrid_reader_message(reader.get()) != '\0') {
+        } else if (*tagrid_reader_message(reader_.get()) != '\0') {
           ++wrong;
         }
       }
@@ -170,11 +161,8 @@ tagrid_status do_everything(MemoryFile& file, void* out, const tagrid_call* call
     return status;
   };
   if (status != TAGRID_OK) return tell();
-  tagrid_info info = {};
-  info.struct_size = sizeof info;
-  tagrid_reader_info(reader.get(), &info);
-  tagrid_box all = {};
-  for (int axis = 0; axis < 3; ++axis) all.high[axis] = info.dims[axis];
+  const tagrid_info info = info_of(reader.get());
+  const tagrid_box all = whole_box({info.dims[0], info.dims[1], info.dims[2]});
   status = tagrid_reader_read(reader.get(), &all, nullptr, out, nullptr, call);
   if (status != TAGRID_OK) return tell();
   status = tagrid_reader_verify(reader.get(), call);
@@ -182,14 +170,12 @@ tagrid_status do_everything(MemoryFile& file, void* out, const tagrid_call* call
   const tagrid_mesh_sink sink = ignoring_sink();
   status = tagrid_reader_mesh(reader.get(), nullptr, &sink, call);
   if (status != TAGRID_OK) return tell();
-  tagrid_mesh_options options;
-  tagrid_mesh_options_init(&options);
-  options.box = &all;
+  const tagrid_mesh_options options = mesh_options(&all);
   status = tagrid_reader_mesh(reader.get(), &options, &sink, call);
   return tell();
 }
 
-TEST(LibraryReader, EveryReadThatFailsIsReportedWithItsPlace) {
+TEST_F(LibraryReader, EveryReadThatFailsIsReportedWithItsPlace) {
   const Index3 small = {12, 11, 10};
   const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, small, 5);
   MemoryFile file = encoded_file(small, samples);
@@ -211,53 +197,32 @@ TEST(LibraryReader, EveryReadThatFailsIsReportedWithItsPlace) {
   }
 }
 
-TEST(LibraryReader, CallsStopWhereProgressSaysSo) {
-  const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, dims, 6);
-  MemoryFile file = encoded_file(dims, samples);
-  const ReaderHandle reader = open_reader(file);
-  std::vector<std::uint16_t> out(samples.size());
-  const tagrid_box all = {{0, 0, 0}, {dims.x, dims.y, dims.z}};
+TEST_F(LibraryReader, CallsStopWhereProgressSaysSo) {
   const tagrid_mesh_sink sink = ignoring_sink();
-  tagrid_mesh_options options;
-  tagrid_mesh_options_init(&options);
-  options.box = &all;
-  struct State {
-    int calls = 0, stop_at = 0;
-    std::uint64_t done = 0, total = 0;
-  };
-  const auto progress = [](void* user, uint64_t done, uint64_t total) {
-    auto& state = *static_cast<State*>(user);
-    EXPECT_GE(done, state.done);
-    EXPECT_LE(done, total);
-    state.done = done;
-    state.total = total;
-    return state.calls++ == state.stop_at ? 1 : 0;
-  };
+  const tagrid_mesh_options options = mesh_options(&all_);
   const std::function<tagrid_status(const tagrid_call*)> works[] = {
-      [&](const tagrid_call* call) {
-        return tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, call);
-      },
-      [&](const tagrid_call* call) { return tagrid_reader_verify(reader.get(), call); },
-      [&](const tagrid_call* call) { return tagrid_reader_mesh(reader.get(), nullptr, &sink, call); },
-      [&](const tagrid_call* call) { return tagrid_reader_mesh(reader.get(), &options, &sink, call); }};
+      [&](const tagrid_call* call) { return read_all(call); },
+      [&](const tagrid_call* call) { return tagrid_reader_verify(reader_.get(), call); },
+      [&](const tagrid_call* call) { return tagrid_reader_mesh(reader_.get(), nullptr, &sink, call); },
+      [&](const tagrid_call* call) { return tagrid_reader_mesh(reader_.get(), &options, &sink, call); }};
   for (const auto& work : works) {
-    State whole{0, -1};
-    tagrid_call call = call_of(3, progress, &whole);
+    CountedProgress whole;
+    tagrid_call call = call_of(3, CountedProgress::report, &whole);
     ASSERT_EQ(work(&call), TAGRID_OK);
     EXPECT_GT(whole.calls, 0);
     EXPECT_EQ(whole.done, whole.total);
     for (int stop_at = 0; stop_at < whole.calls; ++stop_at) {
-      State state{0, stop_at};
-      call.progress_user = &state;
+      CountedProgress stopped{.stop_at = stop_at};
+      call.progress_user = &stopped;
       ASSERT_EQ(work(&call), TAGRID_CANCELLED);
-      EXPECT_STREQ(tagrid_reader_message(reader.get()), "cancelled by the caller");
+      EXPECT_STREQ(tagrid_reader_message(reader_.get()), "cancelled by the caller");
     }
     // It still works as before.
     EXPECT_EQ(work(nullptr), TAGRID_OK);
   }
 }
 
-TEST(LibraryReader, DamagedFilesGiveAnErrorOrTheRightSamples) {
+TEST_F(LibraryReader, DamagedFilesGiveAnErrorOrTheRightSamples) {
   const Index3 small = {10, 9, 11};
   const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, small, 7);
   const MemoryFile whole = encoded_file(small, samples);
@@ -269,7 +234,7 @@ TEST(LibraryReader, DamagedFilesGiveAnErrorOrTheRightSamples) {
     const ReaderHandle reader = open_reader(file, &status);
     if (status == TAGRID_OK) {
       std::vector<std::uint16_t> out(samples.size());
-      const tagrid_box all = {{0, 0, 0}, {small.x, small.y, small.z}};
+      const tagrid_box all = whole_box(small);
       status = tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, &call);
       if (status == TAGRID_OK) {
         ASSERT_EQ(out, samples) << what;
@@ -292,49 +257,48 @@ TEST(LibraryReader, DamagedFilesGiveAnErrorOrTheRightSamples) {
   }
 }
 
-TEST(LibraryReader, ALimitOfMemoryThatCannotBeKeptIsRefused) {
-  const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, dims, 9);
-  MemoryFile file = encoded_file(dims, samples);
-  const ReaderHandle reader = open_reader(file);
-  std::vector<std::uint16_t> out(samples.size());
-  const tagrid_box all = {{0, 0, 0}, {dims.x, dims.y, dims.z}};
+TEST_F(LibraryReader, ALimitOfMemoryThatCannotBeKeptIsRefusedAndTheMessageSaysTheOneThatIsEnough) {
   const tagrid_mesh_sink sink = ignoring_sink();
-  tagrid_mesh_options options;
-  tagrid_mesh_options_init(&options);
-  options.box = &all;
+  const tagrid_mesh_options options = mesh_options(&all_);
+  tagrid_call call = call_of(2);
   for (const auto& [limit, status] : {std::pair<std::uint64_t, tagrid_status>{1, TAGRID_MEMORY_LIMIT},
                                       {std::uint64_t{1} << 30, TAGRID_OK},
                                       {UINT64_MAX, TAGRID_OK}}) {
-    tagrid_call call = call_of(2);
     call.memory_limit = limit;
-    EXPECT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, &call), status) << limit;
-    EXPECT_EQ(tagrid_reader_verify(reader.get(), &call), status) << limit;
-    EXPECT_EQ(tagrid_reader_mesh(reader.get(), nullptr, &sink, &call), status) << limit;
-    EXPECT_EQ(tagrid_reader_mesh(reader.get(), &options, &sink, &call), status) << limit;
+    EXPECT_EQ(read_all(&call), status) << limit;
+    EXPECT_EQ(tagrid_reader_verify(reader_.get(), &call), status) << limit;
+    EXPECT_EQ(tagrid_reader_mesh(reader_.get(), nullptr, &sink, &call), status) << limit;
+    EXPECT_EQ(tagrid_reader_mesh(reader_.get(), &options, &sink, &call), status) << limit;
   }
+  call = call_of(1);
+  call.memory_limit = 17;
+  ASSERT_EQ(read_all(&call), TAGRID_MEMORY_LIMIT);
+  // Bricks of some hundred samples.
+  EXPECT_STREQ(tagrid_reader_message(reader_.get()),
+               "reading a part of the volume needs at least 1 MiB of memory, but the limit is 17 B");
+  call.memory_limit = 1 << 20;
+  EXPECT_EQ(read_all(&call), TAGRID_OK);
 }
 
-TEST(LibraryReader, AThreadReadsItsOwnMessageAlsoWhereItHasTheNumberOfOneThatIsGone) {
-  const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, dims, 12);
-  MemoryFile file = encoded_file(dims, samples);
-  const ReaderHandle reader = open_reader(file), other = open_reader(file);
+TEST_F(LibraryReader, AThreadReadsItsOwnMessageAlsoWhereItHasTheNumberOfOneThatIsGone) {
+  const ReaderHandle other = open_reader(file_);
   for (int i = 0; i < 5; ++i) {
     std::thread([&] {
-      EXPECT_NE(tagrid_reader_brick(reader.get(), -1, nullptr), TAGRID_OK);
-      EXPECT_STREQ(tagrid_reader_message(reader.get()), "there is no brick with this number");
+      EXPECT_NE(tagrid_reader_brick(reader_.get(), -1, nullptr), TAGRID_OK);
+      EXPECT_STREQ(tagrid_reader_message(reader_.get()), "there is no brick with this number");
       EXPECT_STREQ(tagrid_reader_message(other.get()), "");
     }).join();
-    std::thread([&] { EXPECT_STREQ(tagrid_reader_message(reader.get()), ""); }).join();
+    std::thread([&] { EXPECT_STREQ(tagrid_reader_message(reader_.get()), ""); }).join();
   }
-  EXPECT_STREQ(tagrid_reader_message(reader.get()), "");
+  EXPECT_STREQ(tagrid_reader_message(reader_.get()), "");
   // One message a thread: that of its last failure.
-  EXPECT_NE(tagrid_reader_brick(reader.get(), -1, nullptr), TAGRID_OK);
+  EXPECT_NE(tagrid_reader_brick(reader_.get(), -1, nullptr), TAGRID_OK);
   EXPECT_NE(tagrid_reader_info(other.get(), nullptr), TAGRID_OK);
   EXPECT_STREQ(tagrid_reader_message(other.get()), "there is no struct to fill");
-  EXPECT_STREQ(tagrid_reader_message(reader.get()), "");
+  EXPECT_STREQ(tagrid_reader_message(reader_.get()), "");
 }
 
-TEST(LibraryReader, WhyAReaderIsNotOpenIsKeptForEveryThread) {
+TEST_F(LibraryReader, WhyAReaderIsNotOpenIsKeptForEveryThread) {
   MemoryFile file{"no such file"};
   const ReaderHandle reader = open_reader(file), other = open_reader(file);
   const std::string why = tagrid_reader_message(reader.get());
@@ -343,45 +307,47 @@ TEST(LibraryReader, WhyAReaderIsNotOpenIsKeptForEveryThread) {
   std::thread([&] { EXPECT_EQ(tagrid_reader_message(reader.get()), why); }).join();
 }
 
-TEST(LibraryReader, ALimitOfMemoryIsOfTheWorkAndTheMessageSaysTheOneThatIsEnough) {
-  const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, dims, 13);
-  MemoryFile file = encoded_file(dims, samples);
-  const ReaderHandle reader = open_reader(file);
-  const tagrid_box all = {{0, 0, 0}, {dims.x, dims.y, dims.z}};
-  std::vector<std::uint16_t> out(samples.size());
-  tagrid_call call = call_of(1);
-  call.memory_limit = 17;
-  ASSERT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, &call), TAGRID_MEMORY_LIMIT);
-  const std::string message = tagrid_reader_message(reader.get());
-  EXPECT_TRUE(has(message, "but the limit is 17 B"));
-  int needed = 0;
-  ASSERT_EQ(std::sscanf(message.c_str(), "reading a part of the volume needs at least %d MiB", &needed), 1)
-      << message;
-  // Bricks of some hundred samples.
-  EXPECT_EQ(needed, 1);
-  call.memory_limit = static_cast<uint64_t>(needed) << 20;
-  EXPECT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, &call), TAGRID_OK);
-}
-
-TEST(LibraryReader, StructsThatAreFilledHaveAnInitFunction) {
-  const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, dims, 14);
-  MemoryFile file = encoded_file(dims, samples);
-  const ReaderHandle reader = open_reader(file);
+TEST_F(LibraryReader, StructsOfCallersWithOlderAndNewerHeadersAreTaken) {
   tagrid_info info;
   tagrid_info_init(&info);
-  EXPECT_EQ(tagrid_reader_info(reader.get(), &info), TAGRID_OK);
+  EXPECT_EQ(tagrid_reader_info(reader_.get(), &info), TAGRID_OK);
   EXPECT_EQ(info.dims[1], dims.y);
   tagrid_brick brick;
   tagrid_brick_init(&brick);
-  EXPECT_EQ(tagrid_reader_brick(reader.get(), 0, &brick), TAGRID_OK);
+  EXPECT_EQ(tagrid_reader_brick(reader_.get(), 0, &brick), TAGRID_OK);
   EXPECT_GT(brick.bytes, 0u);
   tagrid_info_init(nullptr);
   tagrid_brick_init(nullptr);
+  struct {
+    tagrid_info info;
+    char more[40];
+  } newer;
+  std::memset(&newer, 0x77, sizeof newer);
+  newer.info.struct_size = sizeof newer;
+  ASSERT_EQ(tagrid_reader_info(reader_.get(), &newer.info), TAGRID_OK);
+  EXPECT_EQ(newer.info.struct_size, sizeof newer);
+  EXPECT_EQ(newer.info.dims[0], dims.x);
+  for (const char c : newer.more) EXPECT_EQ(c, 0x77);
+  struct {
+    tagrid_call call;
+    char more[40];
+  } call;
+  std::memset(&call, 0x77, sizeof call);
+  call.call = call_of(1);
+  call.call.struct_size = sizeof call;
+  EXPECT_EQ(tagrid_reader_verify(reader_.get(), &call.call), TAGRID_OK);
+  // The older header has a struct without its last member, which is not overwritten.
+  tagrid_call older;
+  std::memset(&older, 0x77, sizeof older);
+  tagrid_call_init_sized(&older, offsetof(tagrid_call, progress_user));
+  EXPECT_EQ(older.struct_size, offsetof(tagrid_call, progress_user));
+  EXPECT_EQ(older.progress, nullptr);
+  void* untouched;
+  std::memset(&untouched, 0x77, sizeof untouched);
+  EXPECT_EQ(older.progress_user, untouched);
 }
 
-struct LibraryReaderOfFiles : TemporaryFolder {};
-
-TEST_F(LibraryReaderOfFiles, APipeIsRefusedAndNotWaitedFor) {
+TEST_F(LibraryReader, APipeIsRefusedAndNotWaitedFor) {
   ASSERT_EQ(mkfifo(path("pipe.tag").c_str(), 0600), 0);
   for (const std::string& name : {path("pipe.tag"), std::string("/dev/null")}) {
     tagrid_reader* opened = nullptr;
@@ -394,13 +360,8 @@ TEST_F(LibraryReaderOfFiles, APipeIsRefusedAndNotWaitedFor) {
   }
 }
 
-TEST(LibraryReader, ArgumentsThatMakeNoSenseAreRefused) {
-  const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, dims, 10);
-  MemoryFile file = encoded_file(dims, samples);
-  const ReaderHandle handle = open_reader(file);
-  const tagrid_reader* reader = handle.get();
-  std::vector<std::uint16_t> out(samples.size());
-  const tagrid_box all = {{0, 0, 0}, {dims.x, dims.y, dims.z}};
+TEST_F(LibraryReader, ArgumentsThatMakeNoSenseAreRefused) {
+  const tagrid_reader* reader = reader_.get();
   const auto bad = [&](tagrid_status status, const char* what) {
     EXPECT_EQ(status, TAGRID_INVALID_ARGUMENT) << what;
     EXPECT_STRNE(tagrid_reader_message(reader), "") << what;
@@ -408,16 +369,16 @@ TEST(LibraryReader, ArgumentsThatMakeNoSenseAreRefused) {
 
   EXPECT_EQ(tagrid_reader_open_file("no such file", nullptr), TAGRID_INVALID_ARGUMENT);
   EXPECT_EQ(tagrid_reader_open(nullptr, nullptr), TAGRID_INVALID_ARGUMENT);
-  tagrid_input unset = file.input();
+  tagrid_input unset = file_.input();
   unset.struct_size = 0;
-  tagrid_input without = file.input();
+  tagrid_input without = file_.input();
   without.read_at = nullptr;
   for (const tagrid_input* input : std::initializer_list<const tagrid_input*>{nullptr, &unset, &without}) {
     tagrid_reader* opened = nullptr;
     EXPECT_EQ(tagrid_reader_open(input, &opened), TAGRID_INVALID_ARGUMENT);
     EXPECT_STRNE(tagrid_reader_message(opened), "");
     // It is not open, and reports this.
-    EXPECT_EQ(tagrid_reader_read(opened, &all, nullptr, out.data(), nullptr, nullptr),
+    EXPECT_EQ(tagrid_reader_read(opened, &all_, nullptr, out_.data(), nullptr, nullptr),
               TAGRID_INVALID_ARGUMENT);
     EXPECT_EQ(tagrid_reader_verify(opened, nullptr), TAGRID_INVALID_ARGUMENT);
     EXPECT_STREQ(tagrid_reader_metadata(opened), "");
@@ -444,24 +405,24 @@ TEST(LibraryReader, ArgumentsThatMakeNoSenseAreRefused) {
   bad(tagrid_reader_brick(reader, 1000000, &brick), "brick 1000000");
   bad(tagrid_reader_brick(reader, 0, nullptr), "no brick");
 
-  bad(tagrid_reader_read(reader, nullptr, nullptr, out.data(), nullptr, nullptr), "no box");
-  bad(tagrid_reader_read(reader, &all, nullptr, nullptr, nullptr, nullptr), "buffer");
+  bad(tagrid_reader_read(reader, nullptr, nullptr, out_.data(), nullptr, nullptr), "no box");
+  bad(tagrid_reader_read(reader, &all_, nullptr, nullptr, nullptr, nullptr), "buffer");
   for (int axis = 0; axis < 3; ++axis) {
-    std::vector<tagrid_box> boxes(4, all);
+    std::vector<tagrid_box> boxes(4, all_);
     boxes[0].low[axis] = -1;
     boxes[1].high[axis] = dims[axis] + 1;
     boxes[2].high[axis] = 0;
     boxes[3].low[axis] = INT64_MIN, boxes[3].high[axis] = INT64_MAX;
     for (const tagrid_box& box : boxes)
-      bad(tagrid_reader_read(reader, &box, nullptr, out.data(), nullptr, nullptr), "a box");
+      bad(tagrid_reader_read(reader, &box, nullptr, out_.data(), nullptr, nullptr), "a box");
     for (const std::int64_t step : {std::int64_t{0}, std::int64_t{-1}, INT64_MIN}) {
       std::int64_t steps[3] = {1, 1, 1};
       steps[axis] = step;
-      bad(tagrid_reader_read(reader, &all, steps, out.data(), nullptr, nullptr), "a step");
+      bad(tagrid_reader_read(reader, &all_, steps, out_.data(), nullptr, nullptr), "a step");
     }
   }
   tagrid_call call = call_of(-1);
-  bad(tagrid_reader_read(reader, &all, nullptr, out.data(), nullptr, &call), "-1 threads");
+  bad(tagrid_reader_read(reader, &all_, nullptr, out_.data(), nullptr, &call), "-1 threads");
   call = call_of(1);
   call.struct_size = sizeof call - 1;
   bad(tagrid_reader_verify(reader, &call), "size of call");
@@ -470,8 +431,7 @@ TEST(LibraryReader, ArgumentsThatMakeNoSenseAreRefused) {
   sink.points = nullptr;
   bad(tagrid_reader_mesh(reader, nullptr, &sink, nullptr), "no points");
   sink = ignoring_sink();
-  tagrid_mesh_options options;
-  tagrid_mesh_options_init(&options);
+  tagrid_mesh_options options = mesh_options();
   for (const int level : {-2, 7, 1000}) {
     options.level = level;
     bad(tagrid_reader_mesh(reader, &options, &sink, nullptr), "a level");
@@ -482,43 +442,7 @@ TEST(LibraryReader, ArgumentsThatMakeNoSenseAreRefused) {
   tagrid_mesh_options_init(nullptr);
 }
 
-TEST(LibraryReader, StructsOfACallerWithANewerHeaderAreTaken) {
-  const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, dims, 11);
-  MemoryFile file = encoded_file(dims, samples);
-  const ReaderHandle reader = open_reader(file);
-  struct {
-    tagrid_info info;
-    char more[40];
-  } newer;
-  std::memset(&newer, 0x77, sizeof newer);
-  newer.info.struct_size = sizeof newer;
-  ASSERT_EQ(tagrid_reader_info(reader.get(), &newer.info), TAGRID_OK);
-  EXPECT_EQ(newer.info.struct_size, sizeof newer);
-  EXPECT_EQ(newer.info.dims[0], dims.x);
-  for (const char c : newer.more) EXPECT_EQ(c, 0x77);
-  struct {
-    tagrid_call call;
-    char more[40];
-  } call;
-  std::memset(&call, 0x77, sizeof call);
-  call.call = call_of(1);
-  call.call.struct_size = sizeof call;
-  EXPECT_EQ(tagrid_reader_verify(reader.get(), &call.call), TAGRID_OK);
-}
-
-// The older header has a struct without its last member.
-TEST(LibraryReader, StructsOfACallerWithAnOlderHeaderAreNotOverwritten) {
-  tagrid_call call;
-  std::memset(&call, 0x77, sizeof call);
-  tagrid_call_init_sized(&call, offsetof(tagrid_call, progress_user));
-  EXPECT_EQ(call.struct_size, offsetof(tagrid_call, progress_user));
-  EXPECT_EQ(call.progress, nullptr);
-  void* untouched;
-  std::memset(&untouched, 0x77, sizeof untouched);
-  EXPECT_EQ(call.progress_user, untouched);
-}
-
-TEST(LibraryReader, AnOverviewIsAFileOfItsOwnThatNeedsNoOther) {
+TEST_F(LibraryReader, AnOverviewIsAFileOfItsOwnThatNeedsNoOther) {
   MemoryFile file{file_content(TAGRID_SOURCE_DIR "/tests/golden/1.0/lead_voxels_overviews_int16.tag")};
   ReaderHandle reader = open_reader(file);
   std::int64_t factors[TAGRID_MOST_OVERVIEWS];
@@ -533,7 +457,7 @@ TEST(LibraryReader, AnOverviewIsAFileOfItsOwnThatNeedsNoOther) {
   ASSERT_EQ(tagrid_reader_overview(reader.get(), 4, &opened), TAGRID_OK);
   const ReaderHandle overview(opened);
   std::vector<std::int16_t> whole(41 * 35 * 38), means(11 * 9 * 10);
-  const tagrid_box all = {{0, 0, 0}, {41, 35, 38}}, blocks = {{0, 0, 0}, {11, 9, 10}};
+  const tagrid_box all = whole_box({41, 35, 38}), blocks = whole_box({11, 9, 10});
   ASSERT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, whole.data(), nullptr, nullptr), TAGRID_OK);
   reader.reset();
   ASSERT_EQ(tagrid_reader_read(overview.get(), &blocks, nullptr, means.data(), nullptr, nullptr), TAGRID_OK);
@@ -551,7 +475,7 @@ TEST(LibraryReader, AnOverviewIsAFileOfItsOwnThatNeedsNoOther) {
   }
 }
 
-TEST(LibraryReader, AVolumeIsAFileOfItsOwnThatNeedsNoOther) {
+TEST_F(LibraryReader, AVolumeIsAFileOfItsOwnThatNeedsNoOther) {
   MemoryFile file{file_content(TAGRID_SOURCE_DIR "/tests/golden/1.0/volumes_bounded_int16.tag")};
   ReaderHandle reader = open_reader(file);
   std::int64_t count = 0;
@@ -571,7 +495,7 @@ TEST(LibraryReader, AVolumeIsAFileOfItsOwnThatNeedsNoOther) {
   }
   reader.reset();
   const Index3 size{19, 18, 11};
-  const tagrid_box all = {{0, 0, 0}, {size.x, size.y, size.z}};
+  const tagrid_box all = whole_box(size);
   for (std::int64_t number = 0; number < count; ++number) {
     const tagrid_reader* volume = volumes[static_cast<std::size_t>(number)].get();
     std::vector<std::int16_t> decoded(static_cast<std::size_t>(Box::of_size(size).count()));
@@ -592,23 +516,16 @@ TEST(LibraryReader, AVolumeIsAFileOfItsOwnThatNeedsNoOther) {
   }
 }
 
-// oneTBB warns on standard error if an arena is larger than its number of threads.
-TEST(LibraryReader, AnEnormousNumberOfThreadsIsTakenAsALimitAndNothingIsSaid) {
-  const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, dims, 12);
-  MemoryFile file = encoded_file(dims, samples);
-  const ReaderHandle reader = open_reader(file);
-  std::vector<std::uint16_t> out(samples.size());
-  const tagrid_box all = {{0, 0, 0}, {dims.x, dims.y, dims.z}};
+TEST_F(LibraryReader, AnEnormousNumberOfThreadsIsTakenAsALimitAndNothingIsSaid) {
   const tagrid_mesh_sink sink = ignoring_sink();
-  Encoded encoded;
   const tagrid_call call = call_of(INT32_MAX);
   testing::internal::CaptureStderr();
-  EXPECT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, &call), TAGRID_OK);
-  EXPECT_EQ(tagrid_reader_verify(reader.get(), &call), TAGRID_OK);
-  EXPECT_EQ(tagrid_reader_mesh(reader.get(), nullptr, &sink, &call), TAGRID_OK);
-  encode(encode_options(dims, SampleType::uint16), samples.data(), encoded, &call);
+  EXPECT_EQ(read_all(&call), TAGRID_OK);
+  EXPECT_EQ(tagrid_reader_verify(reader_.get(), &call), TAGRID_OK);
+  EXPECT_EQ(tagrid_reader_mesh(reader_.get(), nullptr, &sink, &call), TAGRID_OK);
+  const Encoded encoded = encode(encode_options(dims, SampleType::uint16), samples_.data(), &call);
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-  EXPECT_EQ(encoded.bytes, file.bytes);
+  EXPECT_EQ(encoded.bytes, file_.bytes);
 }
 
 }  // namespace

@@ -46,9 +46,7 @@ struct LibrarySurface : TemporaryFolder {
     for (int axis = 0; axis < 3; ++axis) std::copy_n(directions[axis], 3, geometry.directions[axis]);
     options.geometry = &geometry;
     options.metadata = lines.c_str();
-    const auto samples = blobs<std::int16_t>(dims, 1);
-    Encoded encoded;
-    encode(options, samples.data(), encoded);
+    const Encoded encoded = encode(options, blobs<std::int16_t>(dims, 1).data());
     EXPECT_EQ(encoded.status, TAGRID_OK) << encoded.message;
     return {encoded.bytes};
   }
@@ -151,37 +149,26 @@ TEST_F(LibrarySurface, ASinkThatFailsEndsIt) {
 }
 
 TEST_F(LibrarySurface, MistakesAreRefused) {
-  const Index3 dims = {9, 9, 9};
-  MemoryFile memory = encoded_file(dims, blobs<std::int16_t>(dims, 6));
-  const ReaderHandle reader = open_reader(memory);
+  MemoryFile memory = encoded_file({9, 9, 9}, blobs<std::int16_t>({9, 9, 9}, 6)),
+             flat = encoded_file({9, 9, 1}, blobs<std::int16_t>({9, 9, 1}, 6));
+  const ReaderHandle reader = open_reader(memory), of_flat = open_reader(flat);
   TakenSurface taken;
-  tagrid_surface_sink sink = taken.sink();
-  const auto refused = [&](double iso, const tagrid_surface_options& options) {
-    return tagrid_reader_surface(reader.get(), iso, &options, &sink, nullptr) == TAGRID_INVALID_ARGUMENT;
-  };
-  tagrid_surface_options options = surface_options();
-  EXPECT_TRUE(refused(NAN, options));
-  EXPECT_TRUE(refused(INFINITY, options));
-  options.level = 100;
-  EXPECT_TRUE(refused(100, options));
-  options = surface_options();
+  const tagrid_surface_sink sink = taken.sink();
+  tagrid_surface_sink without = sink;
+  without.triangles = nullptr;
   const tagrid_box outside = {{0, 0, 0}, {10, 9, 9}};
-  options.box = &outside;
-  EXPECT_TRUE(refused(100, options));
-  options = surface_options();
-  options.struct_size = 3;
-  EXPECT_TRUE(refused(100, options));
-  options = surface_options();
-  sink.triangles = nullptr;
-  EXPECT_TRUE(refused(100, options));
-  EXPECT_EQ(tagrid_reader_surface(reader.get(), 100, nullptr, nullptr, nullptr), TAGRID_INVALID_ARGUMENT);
-  EXPECT_EQ(tagrid_reader_surface(nullptr, 100, nullptr, nullptr, nullptr), TAGRID_INVALID_ARGUMENT);
-
-  const Index3 slice = {9, 9, 1};
-  MemoryFile flat = encoded_file(slice, blobs<std::int16_t>(slice, 6));
-  const ReaderHandle of_flat = open_reader(flat);
-  sink = taken.sink();
-  EXPECT_EQ(tagrid_reader_surface(of_flat.get(), 100, nullptr, &sink, nullptr), TAGRID_INVALID_ARGUMENT);
+  tagrid_surface_options good = surface_options(), level = good, box = good, size = good;
+  level.level = 100;
+  box.box = &outside;
+  size.struct_size = 3;
+  const std::tuple<const tagrid_reader*, double, const tagrid_surface_options*, const tagrid_surface_sink*>
+      mistakes[] = {{reader.get(), NAN, &good, &sink},     {reader.get(), INFINITY, &good, &sink},
+                    {reader.get(), 100, &level, &sink},    {reader.get(), 100, &box, &sink},
+                    {reader.get(), 100, &size, &sink},     {reader.get(), 100, &good, &without},
+                    {reader.get(), 100, nullptr, nullptr}, {nullptr, 100, nullptr, nullptr},
+                    {of_flat.get(), 100, nullptr, &sink}};
+  for (const auto& [of, iso, options, to] : mistakes)
+    EXPECT_EQ(tagrid_reader_surface(of, iso, options, to, nullptr), TAGRID_INVALID_ARGUMENT);
   EXPECT_EQ(taken.calls, 0);
 }
 

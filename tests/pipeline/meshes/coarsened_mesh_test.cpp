@@ -228,17 +228,5 @@ TEST_F(CoarsenedBricks, AboveAllDifferencesOnlyRootTetrahedraAreLeft) {
   EXPECT_EQ(coarsen(1e300, true).points, 3 * 2 * 5);
 }
 
-TEST_F(CoarsenedBricks, RefuseWhatMakesNoSense) {
-  const Index3 dims{9, 9, 1};
-  encode(blobs<std::uint8_t>(dims, 3, 20), dims, {}, 8, 1);
-  EXPECT_THROW(coarsen(5, false), UsageError) << "a slice fills no space";
-  EXPECT_NO_THROW(coarsen(5, true));
-  for (const double bound : {-1.0, std::nan("")}) EXPECT_THROW(coarsen(bound, true), UsageError);
-  EXPECT_THROW(write_mesh(tag_, vtu_, {6, true, true, 5.0}, Resources(1)), UsageError);
-  Resources tight(1);
-  tight.memory = 1 << 20;
-  EXPECT_THROW(coarsen(5, true, tight), MemoryLimit);
-}
-
 }  // namespace
 }  // namespace tagrid

@@ -229,22 +229,17 @@ TEST_F(MeshErrorRecord, IsNotThereWithoutABoundOfTheMesh) {
   }
 }
 
-// A refusal says what works.
-TEST_F(MeshErrorRecord, AMeshBoundBelowThatOfItsValuesIsRefusedWithAdviceThatWorks) {
+// Bounds as the advice says are among those of above.
+TEST_F(MeshErrorRecord, AMeshBoundBelowThatOfItsValuesIsRefusedWithAdvice) {
   const std::string message = message_of<UsageError>([&] { encode(10, 3); });
   for (const char* advice :
        {"bound of the mesh 10 or more", "largest error 3 or less", "or add the bound of the active points 3"})
     EXPECT_TRUE(has(message, advice));
   EXPECT_EQ(names(), std::vector<std::string>{"in.nrrd"});
-  expect_promise(samples_, dims_, {false, 10, {}, 10}, 8);
-  expect_promise(samples_, dims_, {false, 3, {}, 3}, 8);
-  expect_promise(samples_, dims_, {false, 10, 3, 3}, 8);
-
   options_.surface_error = 5;
   const std::string second = message_of<UsageError>([&] { encode(10, 3); });
   for (const char* advice : {"bound of the mesh 5 or more", "active points 3 or less"})
     EXPECT_TRUE(has(second, advice));
-  expect_promise(samples_, dims_, {false, 10, 5, 5}, 8);
 }
 
 TEST_F(MeshErrorRecord, AVolumeOfOneSliceHasOneToo) {

@@ -29,6 +29,11 @@ class MeshMemory : public TemporaryFolder {
   void SetUp() override {
     if (sanitized) GTEST_SKIP() << "a sanitizer allocates in its own way";
   }
+  /// Makes in.tag, of noise.
+  void encode(Index3 dims, const EncodeOptions& options, int noise = 300) const {
+    write_nrrd(path("in.nrrd"), dims, blobs<std::int16_t>(dims, 2, noise));
+    encode_volume(path("in.nrrd"), {}, path("in.tag"), true, options, Resources(1));
+  }
   static MeshPart all_of(const CodingParameters& parameters) { return {max_level(parameters.cube_size)}; }
 };
 
@@ -62,12 +67,9 @@ TEST_F(MeshMemory, OfABuilderIsWhatItStates) {
 }
 
 TEST_F(MeshMemory, OfABoxIsWithinItsPlan) {
-  const Index3 dims{60, 50, 40};
-  write_nrrd(path("in.nrrd"), dims, blobs<std::int16_t>(dims, 2, 300));
   for (const bool grid_only : {false, true})
     for (const int cube : {4, 16}) {
-      EncodeOptions options{.grid_only = grid_only, .cube_size = cube, .brick_edge = 2};
-      encode_volume(path("in.nrrd"), {}, path("in.tag"), true, options, Resources(1));
+      encode({60, 50, 40}, {.grid_only = grid_only, .cube_size = cube, .brick_edge = 2});
       const TagBricks file(std::make_shared<FileSource>(path("in.tag")));
       MeshPart part = all_of(file.parameters());
       part.box = Box{{3, 3, 3}, {44, 49, 30}};
@@ -88,11 +90,8 @@ TEST_F(MeshMemory, OfABoxIsWithinItsPlan) {
 }
 
 TEST_F(MeshMemory, OfAWholeMeshIsWithinItsPlan) {
-  const Index3 dims{70, 60, 50};
-  write_nrrd(path("in.nrrd"), dims, blobs<std::int16_t>(dims, 2, 300));
   for (const bool grid_only : {false, true}) {
-    EncodeOptions options{.grid_only = grid_only, .cube_size = 8};
-    encode_volume(path("in.nrrd"), {}, path("in.tag"), true, options, Resources(1));
+    encode({70, 60, 50}, {.grid_only = grid_only, .cube_size = 8});
     TagReader reader(path("in.tag"));
     const CodingParameters& p = reader.parameters();
     const std::uint64_t of_builder = MeshBuilder::working_bytes(p, bricks_that_meet({}, p.bricks())),
@@ -106,16 +105,8 @@ TEST_F(MeshMemory, OfAWholeMeshIsWithinItsPlan) {
 
 // Coarsening takes no more memory than its plan says, whatever the height of the volume.
 
-class CoarseningMemory : public TemporaryFolder {
+class CoarseningMemory : public MeshMemory {
  protected:
-  void SetUp() override {
-    if (sanitized) GTEST_SKIP() << "a sanitizer allocates in its own way";
-  }
-  void encode(Index3 dims, int cube_size) const {
-    write_nrrd(path("in.nrrd"), dims, blobs<std::int16_t>(dims, 2, 60));
-    EncodeOptions options{.cube_size = cube_size};
-    encode_volume(path("in.nrrd"), {}, path("in.tag"), true, options, Resources(1));
-  }
   // The peak of the heap, and what the plan says.
   std::pair<std::uint64_t, std::uint64_t> coarsen(int threads) const {
     TagReader reader(path("in.tag"));
@@ -139,7 +130,7 @@ class CoarseningMemory : public TemporaryFolder {
 
 TEST_F(CoarseningMemory, IsWithinThePlan) {
   for (const int cube_size : {8, 32}) {
-    encode({70, 60, 90}, cube_size);
+    encode({70, 60, 90}, {.cube_size = cube_size}, 60);
     for (const int threads : {1, 3}) {
       const auto [peak, stated] = coarsen(threads);
       EXPECT_LE(peak, stated) << cube_size << ", " << threads;
@@ -148,14 +139,14 @@ TEST_F(CoarseningMemory, IsWithinThePlan) {
 }
 
 TEST_F(CoarseningMemory, DoesNotGrowWithTheHeight) {
-  encode({24, 24, 900}, 8);
+  encode({24, 24, 900}, {.cube_size = 8}, 60);
   const std::uint64_t low = coarsen(1).first;
-  encode({24, 24, 2700}, 8);
+  encode({24, 24, 2700}, {.cube_size = 8}, 60);
   EXPECT_LT(coarsen(1).first, low + low / 4);
 }
 
 TEST_F(CoarseningMemory, ATightLimitMeansFewerThreads) {
-  encode({70, 60, 90}, 32);
+  encode({70, 60, 90}, {}, 60);
   const TagReader reader(path("in.tag"));
   Resources resources(8);
   resources.memory = std::uint64_t{1} << 32;
@@ -176,24 +167,19 @@ class SurfaceToNowhere : public SurfaceSink {
   void add(const SurfacePiece&) override {}
 };
 
-class SurfaceMemory : public TemporaryFolder {
+class SurfaceMemory : public MeshMemory {
  protected:
-  void SetUp() override {
-    if (sanitized) GTEST_SKIP() << "a sanitizer allocates in its own way";
-  }
   // Noise around the level, in which nearly every point is active.
-  void encode(bool grid_only, int cube) {
-    const Index3 dims{70, 60, 50};
-    write_nrrd(path("in.nrrd"), dims, blobs<std::int16_t>(dims, 2, 100));
-    EncodeOptions options{.grid_only = grid_only, .cube_size = cube, .brick_edge = 2, .range = {{20, 120}}};
-    encode_volume(path("in.nrrd"), {}, path("in.tag"), true, options, Resources(1));
+  void make_noise(bool grid_only, int cube) const {
+    encode({70, 60, 50}, {.grid_only = grid_only, .cube_size = cube, .brick_edge = 2, .range = {{20, 120}}},
+           100);
   }
 };
 
 TEST_F(SurfaceMemory, OfAWholeSurfaceAndOfARegionIsWithinThePlan) {
   for (const bool grid_only : {false, true})
     for (const int cube : {8, 16}) {
-      encode(grid_only, cube);
+      make_noise(grid_only, cube);
       SurfaceToNowhere sink;
       for (const bool region : {false, true}) {
         const TagBricks file(std::make_shared<FileSource>(path("in.tag")));
@@ -218,7 +204,7 @@ TEST_F(SurfaceMemory, OfAWholeSurfaceAndOfARegionIsWithinThePlan) {
 }
 
 TEST_F(SurfaceMemory, ALimitBelowThePlanIsRefused) {
-  encode(false, 8);
+  make_noise(false, 8);
   Resources tight(1);
   tight.memory = memory_of_program + 100000;
   EXPECT_THROW(write_surface(path("in.tag"), path("x.ply"), {.iso = 70}, tight), MemoryLimit);

@@ -4,11 +4,11 @@
 
 #include "io/errors/errors.h"
 #include "io/formats/table/open_volume.h"
-#include "pipeline/parts/work_orders.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
 #include "tests/support/fake_ranks.h"
 #include "tests/support/runs.h"
+#include "tests/support/tag_in_memory.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -26,28 +26,6 @@ class WorkOrders : public TemporaryFolder {
     decode_volume(path("one.tag"), path("one.raw"), format_named("raw"), true, Resources(1));
   }
 
-  /// Rank 0 does `work` and dismisses the others, which serve; `work` may throw.
-  void by(int count, const std::function<void(Ranks&)>& work) const {
-    std::atomic<int> served{0};
-    std::exception_ptr thrown;
-    FakeRanks(count).run([&](Ranks& ranks) {
-      if (ranks.rank() > 0) {
-        EXPECT_EQ(serve(
-                      ranks, [](std::uint64_t) {}, [](const Bytes&) { ADD_FAILURE(); }),
-                  7);
-        ++served;
-        return;
-      }
-      try {
-        work(ranks);
-      } catch (...) {
-        thrown = std::current_exception();
-      }
-      dismiss(ranks, 7);
-    });
-    EXPECT_EQ(served, count - 1);
-    if (thrown) std::rethrow_exception(thrown);
-  }
   EncodeRun run_to(const std::string& output) const {
     return {.input = path("a.nrrd"),
             .output = path(output),
@@ -102,18 +80,21 @@ TEST_F(WorkOrders, ProgressOfOneProcessIsToldWhileItWorksAndNeverFallsOrPassesTh
   EXPECT_EQ(seen.back(), static_cast<std::uint64_t>(Box::of_size(dims_).count()) * 2);
 }
 
-TEST_F(WorkOrders, ADamagedFileIsToldOnceAndTheOthersServeOn) {
-  std::string bytes = content("one.tag");
-  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
-  file("bad.tag", bytes);
+TEST_F(WorkOrders, ADamagedFileAndAnotherOriginalAreToldOnceAndTheOthersServeOn) {
+  file("bad.tag", flipped(content("one.tag"), content("one.tag").size() / 2));
+  auto samples = blobs<std::int16_t>(dims_, 1);
+  samples[12345] = static_cast<std::int16_t>(samples[12345] + 9);
+  write_nrrd(path("other.nrrd"), dims_, samples);
   by(3, [&](Ranks& ranks) {
     EXPECT_THROW(decode(ranks, "bad.tag"), BrokenInput);
     EXPECT_THROW(verify(ranks, "bad.tag", ""), BrokenInput);
+    EXPECT_THROW(verify(ranks, "one.tag", "other.nrrd"), BrokenInput);
     // Work after a failure is done as if nothing had failed.
     committed(encode_volume(ranks, run_to("a.tag")));
     EXPECT_TRUE(content("a.tag") == content("one.tag"));
   });
-  EXPECT_EQ(names(), (std::vector<std::string>{"a.nrrd", "a.tag", "bad.tag", "one.raw", "one.tag"}));
+  EXPECT_EQ(names(),
+            (std::vector<std::string>{"a.nrrd", "a.tag", "bad.tag", "one.raw", "one.tag", "other.nrrd"}));
 }
 
 TEST_F(WorkOrders, WhatIsNotCommittedLeavesNothing) {
@@ -140,13 +121,6 @@ TEST_F(WorkOrders, WhatIsNotCommittedLeavesNothing) {
       }
       EXPECT_EQ(names(), before) << count;
     });
-}
-
-TEST_F(WorkOrders, AnotherOriginalIsFoundByTheRankThatLooksAtIt) {
-  auto samples = blobs<std::int16_t>(dims_, 1);
-  samples[12345] = static_cast<std::int16_t>(samples[12345] + 9);
-  write_nrrd(path("other.nrrd"), dims_, samples);
-  by(3, [&](Ranks& ranks) { EXPECT_THROW(verify(ranks, "one.tag", "other.nrrd"), BrokenInput); });
 }
 
 TEST_F(WorkOrders, ALimitOnMemoryReachesTheOthersAndSoDoOrdersOfTheProgram) {
@@ -188,24 +162,6 @@ class SourceContents : public TemporaryFolder {
   }
   SourceFiles files() const {
     return source_files(open_volume(path("slices"), SourceDescription(raw_))->facts());
-  }
-  /// Rank 0 does `work`; the others serve.
-  static void by(int count, const std::function<void(Ranks&)>& work) {
-    std::exception_ptr thrown;
-    FakeRanks(count).run([&](Ranks& ranks) {
-      if (ranks.rank() > 0) {
-        serve(
-            ranks, [](std::uint64_t) {}, [](const Bytes&) {});
-        return;
-      }
-      try {
-        work(ranks);
-      } catch (...) {
-        thrown = std::current_exception();
-      }
-      dismiss(ranks, 0);
-    });
-    if (thrown) std::rethrow_exception(thrown);
   }
 
   RawDescription raw_;

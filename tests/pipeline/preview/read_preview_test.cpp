@@ -256,20 +256,6 @@ TEST_F(ReadPreview, AFileWithoutAGridHasNoLevels) {
   expect_slices<std::uint8_t>(content);
 }
 
-TEST_F(ReadPreview, AVolumeOfOneSampleHasAPreview) {
-  encode<std::int16_t>({1, 1, 1}, small_bricks());
-  expect_slices<std::int16_t>(read_preview(TagBricks(source_), {}, Resources(2), 0));
-}
-
-TEST_F(ReadPreview, SlicesOutsideOfTheVolumeAreRefused) {
-  encode<std::int16_t>({23, 17, 12}, small_bricks());
-  for (const auto& [axis, slice] : {std::pair(0, 23), {1, -1}, {2, 12}}) {
-    PreviewWishes wishes;
-    wishes.slices[static_cast<std::size_t>(axis)] = slice;
-    EXPECT_THROW(read_preview(TagBricks(source_), wishes, Resources(1), 0), UsageError);
-  }
-}
-
 TEST_F(ReadPreview, ALimitOnMemoryIsKeptOrRefusedWithTheSmallestOne) {
   encode<std::int16_t>({37, 45, 29}, small_bricks());
   Resources resources(4);
@@ -290,10 +276,7 @@ TEST_F(ReadPreview, DamageInABrickThatIsShownIsAnError) {
   const TagBricks file(source_);
   const BrickGrid bricks = file.parameters().bricks();
   const auto damaged = [&](Index3 position) {
-    std::string bad = good;
-    char& byte = bad[file.start(bricks.id(position)) + 20];
-    byte = static_cast<char>(byte ^ 4);
-    return std::make_shared<MemorySource>(bad);
+    return std::make_shared<MemorySource>(flipped(good, file.start(bricks.id(position)) + 20, 4));
   };
   const std::int64_t middle = bricks.owner(29 / 2 + bricks.domain.first().z);
   EXPECT_THROW(read_preview(TagBricks(damaged({1, 1, middle})), {}, Resources(2), 0), BrokenInput);

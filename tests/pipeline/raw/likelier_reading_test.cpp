@@ -37,6 +37,16 @@ class LikelierReadings : public TemporaryFolder {
     file("v.raw", bytes);
     return bytes;
   }
+  /// The file with value(i) as sample i.
+  template <class T>
+  void write(const std::function<T(std::int64_t)>& value) const {
+    std::string bytes;
+    for (std::int64_t i = 0; i < dims_.x * dims_.y * dims_.z; ++i) {
+      const T v = value(i);
+      bytes.append(reinterpret_cast<const char*>(&v), sizeof v);
+    }
+    file("v.raw", bytes);
+  }
   /// The result for the file when this type is given; its dims are made to fit.
   std::optional<LikelierReading> reading(SampleType type, bool big_endian) const {
     RawDescription raw;
@@ -97,13 +107,8 @@ TEST_F(LikelierReadings, IntegersAndFloatsAreNotTakenForEachOther) {
 }
 
 TEST_F(LikelierReadings, SmallNumbersInTheWrongOrderAreSuspected) {
-  std::string bytes;
   std::mt19937 random(1);
-  for (std::int64_t i = 0; i < dims_.x * dims_.y * dims_.z; ++i) {
-    const auto v = static_cast<int>(random() % 250 + random() % 50);
-    bytes += {static_cast<char>(v & 255), static_cast<char>(v >> 8)};
-  }
-  file("v.raw", bytes);
+  write<std::uint16_t>([&](std::int64_t) { return random() % 250 + random() % 50; });
   EXPECT_FALSE(reading(SampleType::uint16, false));
   EXPECT_TRUE(reading(SampleType::uint16, true));
 }
@@ -130,18 +135,16 @@ TEST_F(LikelierReadings, TheOtherSignIsSuspected) {
   // Tissue is around 0: air, and noise of 20.
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0, 20);
-  std::string bytes;
-  for (std::int64_t i = 0; i < dims_.x * dims_.y * dims_.z; ++i) {
-    const auto v = static_cast<std::int16_t>(std::lround((i % dims_.x < 60 ? -1000 : 30) + noise(random)));
-    bytes.append(reinterpret_cast<const char*>(&v), sizeof v);
-  }
-  file("v.raw", bytes);
+  write<std::int16_t>([&](std::int64_t i) {
+    return static_cast<std::int16_t>(std::lround((i % dims_.x < 60 ? -1000 : 30) + noise(random)));
+  });
   EXPECT_FALSE(reading(SampleType::int16, false));
   const auto found = reading(SampleType::uint16, false);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->type, SampleType::int16);
   EXPECT_FALSE(found->big_endian);
   // Brightness around the middle of the type.
+  std::string bytes = content("v.raw");
   for (std::size_t i = 1; i < bytes.size(); i += 2) bytes[i] = static_cast<char>(bytes[i] ^ 0x80);
   file("v.raw", bytes);
   EXPECT_FALSE(reading(SampleType::uint16, false));
@@ -153,13 +156,10 @@ TEST_F(LikelierReadings, TheOtherSignIsSuspected) {
 TEST_F(LikelierReadings, MasksAndCutOffBrightnessHaveNoOtherSign) {
   std::mt19937 random(1);
   for (const bool is_mask : {true, false}) {
-    std::string bytes;
-    for (std::int64_t i = 0; i < dims_.x * dims_.y * dims_.z; ++i) {
+    write<std::uint16_t>([&](std::int64_t i) {
       const bool is_bright = (i % dims_.x / 7 + i / dims_.x / 5) % 2 != 0;
-      const auto v = static_cast<std::uint16_t>(is_bright ? 65535 : is_mask ? 0 : random() % 3000);
-      bytes.append(reinterpret_cast<const char*>(&v), sizeof v);
-    }
-    file("v.raw", bytes);
+      return static_cast<std::uint16_t>(is_bright ? 65535 : is_mask ? 0 : random() % 3000);
+    });
     EXPECT_FALSE(reading(SampleType::uint16, false)) << is_mask;
   }
 }
@@ -168,24 +168,20 @@ TEST_F(LikelierReadings, MasksAndCutOffBrightnessHaveNoOtherSign) {
 TEST_F(LikelierReadings, TwoPhasesThatFillTheTypeHaveNoOtherSign) {
   std::mt19937 random(1);
   for (const double size : {5.0, 9.0, 24.0})
-    for (const double sigma : {2.0, 8.0})
-      for (const SampleType type : {SampleType::uint8, SampleType::uint16}) {
-        const double one = type == SampleType::uint8 ? 1 : 257;
-        std::normal_distribution<double> noise(0, sigma);
-        std::string bytes;
-        for (std::int64_t i = 0; i < dims_.x * dims_.y * dims_.z; ++i) {
-          const auto wave = [&](std::int64_t n) {
-            return std::sin(6.2832 * (static_cast<double>(n) + 0.3) / size);
-          };
-          const bool is_bright =
-              wave(i % dims_.x) + wave(i / dims_.x % dims_.y) + wave(i / (dims_.x * dims_.y)) > 0;
-          const double v = std::clamp((is_bright ? 245 : 10) + noise(random), 0.0, 255.0) * one;
-          const auto n = static_cast<std::uint16_t>(v);
-          bytes.append(reinterpret_cast<const char*>(&n), type == SampleType::uint8 ? 1 : 2);
-        }
-        file("v.raw", bytes);
-        EXPECT_FALSE(reading(type, false)) << name_of(type) << " " << size << " " << sigma;
-      }
+    for (const double sigma : {2.0, 8.0}) {
+      std::normal_distribution<double> noise(0, sigma);
+      const auto wave = [&](std::int64_t n) {
+        return std::sin(6.2832 * (static_cast<double>(n) + 0.3) / size);
+      };
+      const auto brightness = [&](std::int64_t i) {
+        const double sum = wave(i % dims_.x) + wave(i / dims_.x % dims_.y) + wave(i / (dims_.x * dims_.y));
+        return std::clamp((sum > 0 ? 245 : 10) + noise(random), 0.0, 255.0);
+      };
+      write<std::uint8_t>([&](std::int64_t i) { return static_cast<std::uint8_t>(brightness(i)); });
+      EXPECT_FALSE(reading(SampleType::uint8, false)) << size << " " << sigma;
+      write<std::uint16_t>([&](std::int64_t i) { return static_cast<std::uint16_t>(257 * brightness(i)); });
+      EXPECT_FALSE(reading(SampleType::uint16, false)) << size << " " << sigma;
+    }
 }
 
 // Volumes that are unusual, but right.
@@ -217,17 +213,13 @@ TEST_F(LikelierReadings, OddVolumesAreNotSuspected) {
       const bool has_sign =
           type != SampleType::uint8 && type != SampleType::uint16 && type != SampleType::uint32;
       if (std::string(name) == "noise around 0" && !has_sign) continue;
-      std::string bytes;
       with_sample_type(type, [&, &value = value](auto zero) {
         using T = decltype(zero);
-        for (std::size_t i = 0; i < count; ++i) {
-          const double d = value(i);
-          const auto v =
-              std::is_integral_v<T> ? static_cast<T>(static_cast<std::int64_t>(d)) : static_cast<T>(d);
-          bytes.append(reinterpret_cast<const char*>(&v), sizeof v);
-        }
+        write<T>([&](std::int64_t i) {
+          const double d = value(static_cast<std::size_t>(i));
+          return std::is_integral_v<T> ? static_cast<T>(static_cast<std::int64_t>(d)) : static_cast<T>(d);
+        });
       });
-      file("v.raw", bytes);
       EXPECT_FALSE(reading(type, false)) << name << " as " << name_of(type);
     }
 }

@@ -13,6 +13,7 @@
 #include "pipeline/reading/read_region.h"
 #include "tests/support/counted_heap.h"
 #include "tests/support/forged_index.h"
+#include "tests/support/points.h"
 #include "tests/support/runs.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/tag_in_memory.h"
@@ -185,11 +186,8 @@ class TwoPages : public TemporaryFolder {
   }
   std::string original(const Box& box) const {
     std::string samples;
-    for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-      for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-        for (std::int64_t x = box.low.x; x <= box.high.x; ++x)
-          samples +=
-              static_cast<char>(samples_[static_cast<std::size_t>(Box::of_size(dims_).offset({x, y, z}))]);
+    for (const Index3 p : points_of(box))
+      samples += static_cast<char>(samples_[static_cast<std::size_t>(Box::of_size(dims_).offset(p))]);
     return samples;
   }
 
@@ -242,8 +240,7 @@ TEST_F(TwoPages, ADamagedPageIsFoundAndCostsSalvageNothing) {
   const Box of_first = {{0, 0, 0}, {63, 63, 5}}, of_second = {{0, 0, 70}, {63, 63, 79}};
   for (std::uint64_t at = 0; at + 8 < size; at += sanitized ? 997 : 331) {
     SCOPED_TRACE(at);
-    std::string bad = tag_;
-    bad[start + at] = static_cast<char>(bad[start + at] ^ 16);
+    const std::string bad = flipped(tag_, start + at, 16);
     EXPECT_EQ(region(bad, of_second), original(of_second));
     if (at < facts.sizes_bytes)
       EXPECT_TRUE(has(message_of<BrokenInput>([&] { region(bad, of_first); }), "page 0 of the index"));
@@ -258,9 +255,7 @@ TEST_F(TwoPages, ADamagedPageIsFoundAndCostsSalvageNothing) {
   }
   // The checksum on which the next brick depends.
   for (std::uint64_t at = size - 8; at < size; ++at) {
-    std::string bad = tag_;
-    bad[start + at] = static_cast<char>(bad[start + at] ^ 16);
-    const WholeBricks salvaged(std::make_shared<MemorySource>(bad));
+    const WholeBricks salvaged(std::make_shared<MemorySource>(flipped(tag_, start + at, 16)));
     EXPECT_EQ(salvaged.whole_count(), good.count());
     EXPECT_TRUE(salvaged.is_damaged_elsewhere());
   }

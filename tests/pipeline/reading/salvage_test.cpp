@@ -90,9 +90,7 @@ TEST_F(SalvageTest, AFlippedBitCostsAtMostOneBrick) {
     const std::size_t end = bricks.back().first + bricks.back().second;
     ASSERT_EQ(bricks.size(), 4u);
     for (std::size_t bit = 8 * bricks.front().first; bit < 8 * whole.size(); bit += 7 * damage_stride) {
-      std::string damaged = whole;
-      damaged[bit / 8] = static_cast<char>(damaged[bit / 8] ^ (1 << bit % 8));
-      const Salvage found = expect_right(damaged, "bit " + std::to_string(bit));
+      const Salvage found = expect_right(flipped(whole, bit / 8, 1 << bit % 8), "bit " + std::to_string(bit));
       EXPECT_LE(count(found.lost), bit / 8 < end ? 1 : 0) << bit;
       EXPECT_TRUE(found.is_damaged()) << bit;
     }
@@ -102,9 +100,7 @@ TEST_F(SalvageTest, AFlippedBitCostsAtMostOneBrick) {
 TEST_F(SalvageTest, ADamagedChecksumCostsNothing) {
   const std::string whole = make_file();
   for (const auto& [start, size] : frames(whole)) {
-    std::string damaged = whole;
-    damaged[start + size - 3] = static_cast<char>(damaged[start + size - 3] ^ 8);
-    const Salvage found = salvage(damaged);
+    const Salvage found = salvage(flipped(whole, start + size - 3, 8));
     EXPECT_TRUE(found.lost.empty()) << start;
     EXPECT_TRUE(found.is_damaged_elsewhere);
     EXPECT_EQ(content("b.raw"), whole_);
@@ -130,9 +126,7 @@ TEST_F(SalvageTest, WithoutAHeaderNothingIsGiven) {
   const std::string whole = make_file();
   const std::size_t header = frames(whole).front().first;
   for (std::size_t byte = 0; byte < header; ++byte) {
-    std::string damaged = whole;
-    damaged[byte] = static_cast<char>(damaged[byte] ^ 1);
-    EXPECT_THROW(salvage(damaged), BrokenInput) << byte;
+    EXPECT_THROW(salvage(flipped(whole, byte)), BrokenInput) << byte;
     EXPECT_THROW(salvage(whole.substr(0, byte)), BrokenInput) << byte;
   }
   EXPECT_FALSE(std::filesystem::exists(path("b.raw")));
@@ -140,18 +134,11 @@ TEST_F(SalvageTest, WithoutAHeaderNothingIsGiven) {
 
 TEST_F(SalvageTest, BricksOfAnotherFileOrPlaceAreNotGiven) {
   const std::string b = make_file(false, 2), a = make_file(false, 1);
-  const auto in_a = frames(a), in_b = frames(b);
-  const auto frame = [](const std::string& file, std::pair<std::size_t, std::size_t> f) {
-    return file.substr(f.first, f.second);
-  };
-  const auto with = [&](std::size_t first, std::size_t last, const std::string& bricks) {
-    return a.substr(0, in_a[first].first) + bricks + a.substr(in_a[last].first + in_a[last].second);
-  };
-  expect_right(with(1, 2, frame(a, in_a[2]) + frame(a, in_a[1])), "swapped");
-  expect_right(with(1, 2, frame(a, in_a[1]) + frame(a, in_a[1])), "repeated");
-  expect_right(with(1, 1, ""), "left out");
-  expect_right(with(1, 1, frame(b, in_b[1])), "of another file with the same header");
-  expect_right(with(1, 2, frame(b, in_b[1]) + frame(b, in_b[2])), "two of another file");
+  expect_right(with_bricks(a, 1, 2, frame_of(a, 2) + frame_of(a, 1)), "swapped");
+  expect_right(with_bricks(a, 1, 2, frame_of(a, 1) + frame_of(a, 1)), "repeated");
+  expect_right(with_bricks(a, 1, 1, ""), "left out");
+  expect_right(with_bricks(a, 1, 1, frame_of(b, 1)), "of another file with the same header");
+  expect_right(with_bricks(a, 1, 2, frame_of(b, 1) + frame_of(b, 2)), "two of another file");
 }
 
 TEST_F(SalvageTest, ABrickOfAnotherFileThatFitsBetweenTwoLostOnesIsNotGiven) {
@@ -189,9 +176,7 @@ TEST_F(SalvageTest, ManyDamagesAtOnceGiveOnlyWhatIsRight) {
 
 TEST_F(SalvageTest, ARegionAndAStepAreSalvagedToo) {
   const std::string whole = make_file();
-  const auto bricks = frames(whole);
-  std::string damaged = whole;
-  damaged[bricks[1].first + 9] = static_cast<char>(damaged[bricks[1].first + 9] ^ 1);
+  const std::string damaged = flipped(whole, frames(whole)[1].first + 9);
   WantedRegion region;
   region.low[2] = 4;
   region.step = 2;
@@ -212,12 +197,10 @@ TEST_F(SalvageTest, ARegionAndAStepAreSalvagedToo) {
 }
 
 TEST_F(SalvageTest, DamageThatARegionDoesNotMeetIsNotSaidToBeInIt) {
-  std::string damaged = make_file();
-  const auto bricks = frames(damaged);
-  damaged[bricks[3].first + 9] = static_cast<char>(damaged[bricks[3].first + 9] ^ 1);
+  const std::string whole = make_file();
   WantedRegion region;
   region.high[2] = 5;
-  EXPECT_FALSE(salvage(damaged, region).is_damaged());
+  EXPECT_FALSE(salvage(flipped(whole, frames(whole)[3].first + 9), region).is_damaged());
 }
 
 TEST(BrickRuns, ARunIsAtMostFiveBoxesThatHoldItsBricksAndNoOthers) {

@@ -128,8 +128,7 @@ TEST_F(WaysToRead, PartsFindTheDamageThatIsFoundFrontToBack) {
     EXPECT_TRUE(is_whole_front_to_back(bytes_));
     EXPECT_TRUE(is_whole_in_parts(bytes_));
     for (std::size_t at = 0; at < bytes_.size(); at += sanitized ? 211 : 41) {
-      std::string bad = bytes_;
-      bad[at] = static_cast<char>(bad[at] ^ 4);
+      const std::string bad = flipped(bytes_, at, 4);
       EXPECT_FALSE(is_whole_front_to_back(bad)) << at;
       EXPECT_FALSE(is_whole_in_parts(bad)) << at;
     }

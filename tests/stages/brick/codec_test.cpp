@@ -111,16 +111,10 @@ void expect_voxels_within_the_bound() {
   }
 }
 
-RC_GTEST_PROP(BrickCodec, EveryVoxelIsWithinTheBoundUint8, ()) {
+RC_GTEST_PROP(BrickCodec, EveryVoxelIsWithinTheBound, ()) {
   expect_voxels_within_the_bound<std::uint8_t>();
-}
-RC_GTEST_PROP(BrickCodec, EveryVoxelIsWithinTheBoundInt8, ()) {
   expect_voxels_within_the_bound<std::int8_t>();
-}
-RC_GTEST_PROP(BrickCodec, EveryVoxelIsWithinTheBoundUint16, ()) {
   expect_voxels_within_the_bound<std::uint16_t>();
-}
-RC_GTEST_PROP(BrickCodec, EveryVoxelIsWithinTheBoundInt16, ()) {
   expect_voxels_within_the_bound<std::int16_t>();
 }
 
@@ -183,47 +177,35 @@ void expect_grid_round_trip() {
   }
 }
 
-RC_GTEST_PROP(BrickCodec, AGridComesBackWithEqualSharedFacesUint8, ()) {
+RC_GTEST_PROP(BrickCodec, AGridComesBackWithEqualSharedFaces, ()) {
   expect_grid_round_trip<std::uint8_t>();
-}
-RC_GTEST_PROP(BrickCodec, AGridComesBackWithEqualSharedFacesInt8, ()) {
   expect_grid_round_trip<std::int8_t>();
-}
-RC_GTEST_PROP(BrickCodec, AGridComesBackWithEqualSharedFacesUint16, ()) {
   expect_grid_round_trip<std::uint16_t>();
-}
-RC_GTEST_PROP(BrickCodec, AGridComesBackWithEqualSharedFacesInt16, ()) {
   expect_grid_round_trip<std::int16_t>();
 }
 
 // Statistics of all bricks together count every point of the domain once.
-RC_GTEST_PROP(CountActive, EqualsALiteralCountByLevel, ()) {
-  const Coded c = random_parameters(SampleType::uint8, FileMode::voxels);
-  const CodingParameters& p = c.parameters;
+bool is_counted_once(const LatticeBits& activity, const CodingParameters& p) {
   Statistics total, expected;
-  for_each_point(c.activity.box(), [&](Index3 q) {
-    if (c.activity.test(q)) ++expected.active[static_cast<std::size_t>(classify(q, p.cube_size).level)];
+  for_each_point(activity.box(), [&](Index3 q) {
+    if (activity.test(q)) ++expected.active[static_cast<std::size_t>(classify(q, p.cube_size).level)];
   });
   for (std::int64_t id = 0; id < p.bricks().count(); ++id) {
     const Index3 brick = p.bricks().position(id);
-    count_active(cut(c.activity, p.bricks().closed_box(brick)), p, brick, total);
+    count_active(cut(activity, p.bricks().closed_box(brick)), p, brick, total);
   }
-  RC_ASSERT(total.active == expected.active);
+  return total.active == expected.active;
+}
+
+RC_GTEST_PROP(CountActive, EqualsALiteralCountByLevel, ()) {
+  const Coded c = random_parameters(SampleType::uint8, FileMode::voxels);
+  RC_ASSERT(is_counted_once(c.activity, c.parameters));
 }
 
 TEST(CountActive, HoldsForLargeRootCubes) {
   for (const int s : {64, 128}) {
-    CodingParameters p{.dims = {2 * s + 1, s + 1, s + 1}, .cube_size = s, .brick_edge = 1};
-    const LatticeBits activity = random_activity_of(p.domain(), 500, 1);
-    Statistics total, expected;
-    for_each_point(activity.box(), [&](Index3 q) {
-      if (activity.test(q)) ++expected.active[static_cast<std::size_t>(classify(q, s).level)];
-    });
-    for (std::int64_t id = 0; id < p.bricks().count(); ++id) {
-      const Index3 brick = p.bricks().position(id);
-      count_active(cut(activity, p.bricks().closed_box(brick)), p, brick, total);
-    }
-    EXPECT_EQ(total.active, expected.active) << s;
+    const CodingParameters p{.dims = {2 * s + 1, s + 1, s + 1}, .cube_size = s, .brick_edge = 1};
+    EXPECT_TRUE(is_counted_once(random_activity_of(p.domain(), 500, 1), p)) << s;
   }
 }
 

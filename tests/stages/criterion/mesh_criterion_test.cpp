@@ -212,19 +212,23 @@ TEST(MarkMeshError, HasTheClosureOfTheViolatingPoints) {
       }
 }
 
-TEST(MarkMeshError, TileByTileIsTheWhole) {
-  const RoughVolume volume({30, 21, 18}, 8, 4, 6);
+template <class Volume, class Bound>
+void expect_tile_by_tile_the_whole(const Volume& volume, Bound bound) {
   LatticeBits whole(volume.domain.padded()), tiled(volume.domain.padded());
-  mark_mesh_error(volume.samples(), volume.domain, 5, whole);
+  mark_mesh_error(volume.samples(), volume.domain, bound, whole);
   for (std::int64_t z = 0; z <= tiled.box().high.z; z += 8)
     for (std::int64_t x = 0; x <= tiled.box().high.x; x += 16) {
       LatticeBits tile(intersection(Box{{x, 0, z}, {x + 15, tiled.box().high.y, z + 7}}, tiled.box()));
-      mark_mesh_error(volume.samples(), volume.domain, 5, tile);
+      mark_mesh_error(volume.samples(), volume.domain, bound, tile);
       copy_bits(tile, tiled);
     }
   close_under_parents(whole, 8);
   close_under_parents(tiled, 8);
   EXPECT_EQ(whole, tiled);
+}
+
+TEST(MarkMeshError, TileByTileIsTheWhole) {
+  expect_tile_by_tile_the_whole(RoughVolume({30, 21, 18}, 8, 4, 6), std::int64_t{5});
 }
 
 template <class T>
@@ -275,17 +279,7 @@ TYPED_TEST(FloatMeshCriterion, EverySampleOfARegionThatIsNotFiniteIsMarked) {
 }
 
 TYPED_TEST(FloatMeshCriterion, TileByTileIsTheWhole) {
-  const FloatVolume<TypeParam> volume({30, 21, 18}, 8, 4, 300);
-  const LatticeBits whole = volume.closed_marks(0.5);
-  LatticeBits tiled(volume.domain.padded());
-  for (std::int64_t z = 0; z <= tiled.box().high.z; z += 8)
-    for (std::int64_t x = 0; x <= tiled.box().high.x; x += 16) {
-      LatticeBits tile(intersection(Box{{x, 0, z}, {x + 15, tiled.box().high.y, z + 7}}, tiled.box()));
-      mark_mesh_error(volume.samples(), volume.domain, 0.5, tile);
-      copy_bits(tile, tiled);
-    }
-  close_under_parents(tiled, 8);
-  EXPECT_EQ(whole, tiled);
+  expect_tile_by_tile_the_whole(FloatVolume<TypeParam>({30, 21, 18}, 8, 4, 300), 0.5);
 }
 
 }  // namespace

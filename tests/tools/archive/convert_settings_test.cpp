@@ -64,7 +64,7 @@ class ConvertSettings : public Conversions<CommandLine> {
  protected:
   void SetUp() override {
     Conversions::SetUp();
-    expect_ok(tagrid({"phantom", "--dims", "21,18,13", "--seed", "1", "-qfo", "p.raw"}));
+    works("phantom --dims 21,18,13 --seed 1 -qfo p.raw");
     const std::string head =
         "NRRD0004\ntype: int16\ndimension: 3\nsizes: 21 18 13\nencoding: raw\nendian: little\nspacings: 1 1 "
         "1\n";

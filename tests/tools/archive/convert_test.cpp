@@ -67,8 +67,7 @@ TEST_F(Convert, ARecordSaysWhatWasDone) {
   EXPECT_EQ(record["output_xxh3"], checksum(content("out/a.tag")));
   EXPECT_GT(record["seconds"], 0);
   EXPECT_GT(record["finished"], 1.7e9);
-  const Ending info = tagrid({"info", "out/a.tag", "--json"});
-  EXPECT_EQ(record["achieved"], Json::parse(info.out)["achieved"]);
+  EXPECT_EQ(record["achieved"], info("out/a.tag")["achieved"]);
   EXPECT_EQ(record["achieved"]["max_error"], 5);
   EXPECT_EQ(record["settings"]["max_error"], 5);
   EXPECT_EQ(record["options"], Json({{"max-error", "5"}}));
@@ -113,14 +112,6 @@ TEST_F(Convert, AVolumeThatFailsIsRecordedAndPassedOver) {
   EXPECT_GT(sums["seconds"], 0);
 }
 
-TEST_F(Convert, ForceOverwritesOutputs) {
-  volumes(2);
-  std::filesystem::create_directory(path("out"));
-  file("out/a.tag", "older");
-  expect_ok(convert({"-f"}));
-  expect_ok(tagrid({"verify", "out/a.tag", "--against", "a.nrrd", "-q"}));
-}
-
 TEST_F(Convert, PathsStartAtTheFolderOfTheList) {
   volumes(2);
   expect_ok(script(
@@ -140,7 +131,7 @@ TEST_F(Convert, PathsStartAtTheFolderOfTheList) {
 
 // A slice is larger than the amount that is read at a time from other volumes, 1 MiB.
 TEST_F(Convert, WideOpenVdbVolumes) {
-  expect_ok(tagrid({"phantom", "--dims", "1400,1300,2", "-qo", "a.vdb"}));
+  works("phantom --dims 1400,1300,2 -qo a.vdb");
   file("list.tsv", "a.vdb\n");
   expect_ok(convert({"--range", "auto"}));
   EXPECT_EQ(statuses(), "a ok");
@@ -153,7 +144,7 @@ TEST_F(Convert, AColumnNamesTheGridOfAnOpenVdbFile) {
   file("list.tsv", "a.nrrd\nb.vdb\tvdb-grid=density\nc.vdb\tvdb-grid=heat\n");
   EXPECT_EQ(convert().code, broken_input);
   EXPECT_EQ(statuses(), "a ok, b ok, c failed");
-  EXPECT_TRUE(has(last()["error"].get<std::string>(), "heat")) << last()["error"];
+  EXPECT_TRUE(has(error_of_last(), "heat"));
   EXPECT_TRUE(header_and_bricks(content("out/b.tag")) == header_and_bricks(content("a.tag")));
 }
 
@@ -192,8 +183,7 @@ TEST_F(Convert, HowABoundFollowsFromTheSamplesIsInTheRecordAndIsSaidWithV) {
 }
 
 TEST_F(Convert, OutputsThatWereOnlyComparedAreCountedApart) {
-  volumes(2);
-  expect_ok(convert());
+  converted(2);
   expect_ok(script("rm out/results.jsonl"));
   volume("c.nrrd", 3);
   file("list.tsv", "a.nrrd\nb.nrrd\nc.nrrd\n");
@@ -204,15 +194,6 @@ TEST_F(Convert, OutputsThatWereOnlyComparedAreCountedApart) {
   EXPECT_EQ(json_of("x.json")["compared"], 2);
   EXPECT_EQ(records()[0]["compared"], true);
   EXPECT_EQ(records()[2]["compared"], false);
-}
-
-TEST_F(Convert, AListMayBeginWithAByteOrderMark) {
-  volumes(2);
-  file("list.tsv",
-       "\xEF\xBB\xBF"
-       "a.nrrd\r\nb.nrrd\r\n");
-  expect_ok(convert());
-  EXPECT_EQ(statuses(), "a ok, b ok");
 }
 
 TEST_F(Convert, TwoVolumesWithOneOutputAreRefusedBeforeAnythingIsDone) {
@@ -254,10 +235,10 @@ TEST_F(Convert, WhatCannotBeIsRefusedBeforeAnythingIsDone) {
   expect_error(convert({"--max-error", "-1"}), usage, "--max-error");
   expect_error(convert({"--skip-done", "--remove-verified"}), usage, "--remove-verified");
   expect_error(convert({"--json", "list.tsv"}), usage, "list.tsv: is the input itself");
-  expect_error(tagrid({"convert", "--manifest", "list.tsv"}), usage, "--output-dir");
-  expect_error(tagrid({"convert", "--output-dir", "out"}), usage, "--manifest");
-  expect_error(tagrid({"convert", "--manifest", "none", "--output-dir", "out"}), world, "none: cannot open");
-  expect_error(tagrid({"convert", "--manifest", "list.tsv", "--output-dir", "none/out"}), world, "none/out");
+  fails("convert --manifest list.tsv", usage, "--output-dir");
+  fails("convert --output-dir out", usage, "--manifest");
+  fails("convert --manifest none --output-dir out", world, "none: cannot open");
+  fails("convert --manifest list.tsv --output-dir none/out", world, "none/out");
   EXPECT_FALSE(exists("out"));
 }
 
@@ -285,19 +266,25 @@ TEST_F(Convert, ShardsTogetherAreTheWholeRun) {
 
 TEST_F(Convert, ASecondRunSaysHowToGoOn) {
   volumes(1);
+  file("list.tsv",
+       "\xEF\xBB\xBF"
+       "a.nrrd\r\n");  // a mark of the order of bytes
   expect_ok(convert());
   const std::string before = content("out/a.tag");
   EXPECT_EQ(convert().code, broken_input);
   EXPECT_TRUE(has(content("out/results.jsonl"),
                   "give --skip-done to leave out volumes that are done, or -f to encode them again"));
   expect_ok(convert({"--skip-done"}));
+  EXPECT_EQ(last()["status"], "skipped") << "the failure has not made it worse";
+  expect_error(
+      script("flock out/results.jsonl $TAGRID convert --manifest list.tsv --output-dir out --skip-done"),
+      held, "out/results.jsonl: another run is using it; repeat the command when that run has ended");
   expect_ok(convert({"-f"}));
   EXPECT_TRUE(content("out/a.tag") == before);
 }
 
 TEST_F(Convert, SkipDonePassesOverWhatIsAsItWas) {
-  volumes(2);
-  expect_ok(convert({"--skip-done"}));
+  converted(2, {"--skip-done"});
   EXPECT_EQ(statuses(), "a ok, b ok");
   const std::string before = content("out/a.tag");
   const auto inode = status_of("out/a.tag").st_ino;
@@ -320,8 +307,7 @@ TEST_F(Convert, SkipDonePassesOverWhatIsAsItWas) {
 
 // A source may be damaged after its encoding. Then the output is the only good copy.
 TEST_F(Convert, AVolumeThatChangedReplacesItsOutputOnlyByForce) {
-  volumes(2);
-  expect_ok(convert());
+  converted(2);
   const std::string before = content("out/a.tag");
   const auto refused = [&](std::string_view why) {
     const Ending ending = convert({"--skip-done"});
@@ -359,51 +345,22 @@ TEST_F(Convert, AVolumeThatChangedReplacesItsOutputOnlyByForce) {
   EXPECT_EQ(statuses(2), "a ok, b skipped") << "nothing is lost";
 }
 
-// A good output is not silently replaced by a worse one.
 TEST_F(Convert, OtherOptionsReplaceAnOutputOnlyByForce) {
-  volumes(2);
-  expect_ok(convert({"--max-error=4"}));
+  converted(2, {"--max-error=4"});
   const std::string before = content("out/b.tag");
-  const std::pair<const char*, const char*> changes[] = {{"max-error=5", "max-error was 4, now 5"},
-                                                         {"accuracy=30", "accuracy was not given, now 30"}};
-  for (const auto& [column, difference] : changes) {
-    file("list.tsv", std::string("a.nrrd\nb.nrrd\t") + column + "\n");
-    EXPECT_EQ(convert({"--max-error=4", "--skip-done"}).code, broken_input);
-    EXPECT_EQ(statuses(2), "a skipped, b failed");
-    EXPECT_TRUE(has(last()["error"].get<std::string>(), difference)) << last()["error"];
-  }
-  EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
-  EXPECT_TRUE(has(records()[6]["error"].get<std::string>(), "max-error was 4, now not given"));
+  file("list.tsv", "a.nrrd\tmax-error=4.0\tcube=32\teffort=default\nb.nrrd\taccuracy=30\n");
+  EXPECT_EQ(convert({"--max-error=4", "--skip-done"}).code, broken_input);
+  EXPECT_EQ(statuses(2), "a skipped, b failed");
+  EXPECT_TRUE(has(error_of_last(), "accuracy was not given, now 30"));
+  // Also if the volume has another time.
+  later("b.nrrd");
+  EXPECT_EQ(convert({"--max-error=4", "--skip-done"}).code, broken_input);
   EXPECT_TRUE(content("out/b.tag") == before);
   expect_ok(convert({"--max-error=4", "--skip-done", "-f"}));
   EXPECT_EQ(statuses(2), "a skipped, b ok");
   EXPECT_TRUE(content("out/b.tag") != before);
   expect_ok(convert({"--max-error=4", "--skip-done"}));
   EXPECT_EQ(statuses(2), "a skipped, b skipped");
-}
-
-TEST_F(Convert, OptionsAreComparedByWhatTheyMean) {
-  volumes(2);
-  expect_ok(convert({"--max-error=4"}));
-  expect_ok(convert({"--max-error=4.0", "--accuracy=20", "--cube=32", "--effort=default", "--skip-done"}));
-  EXPECT_EQ(statuses(2), "a skipped, b skipped");
-  // Also if the volume has another time.
-  const std::string before = content("out/a.tag");
-  later("a.nrrd");
-  EXPECT_EQ(convert({"--max-error=9", "--skip-done"}).code, broken_input);
-  EXPECT_EQ(statuses(2), "a failed, b failed");
-  EXPECT_TRUE(content("out/a.tag") == before);
-}
-
-TEST_F(Convert, AFailureDoesNotMakeWorseWhatIsThere) {
-  volumes(2);
-  expect_ok(convert());
-  const auto again = [&](const std::string& what, const std::string& expected) {
-    expect_ok(convert({"--skip-done"}));
-    EXPECT_EQ(statuses(2), expected) << what;
-  };
-  EXPECT_EQ(convert().code, broken_input);
-  again("a run without --skip-done", "a skipped, b skipped");
 }
 
 TEST_F(Convert, SkipDoneTriesAgainWhatFailed) {
@@ -416,8 +373,7 @@ TEST_F(Convert, SkipDoneTriesAgainWhatFailed) {
 }
 
 TEST_F(Convert, AnOutputWithoutARecordIsAdoptedIfItIsGoodAndElseKept) {
-  volumes(5);
-  expect_ok(convert({"--max-error", "2"}));
+  converted(5, {"--max-error", "2"});
   std::filesystem::remove(path("out/results.jsonl"));
   const auto inode = status_of("out/a.tag").st_ino;
   expect_ok(script("cp out/a.tag out/b.tag; echo precious > out/c.tag; $TAGRID encode d.nrrd -fo out/d.tag"));
@@ -450,19 +406,8 @@ TEST_F(Convert, APipeInThePlaceOfAnOutputIsRefusedAndNotWaitedFor) {
   }
 }
 
-TEST_F(Convert, AnOutputOfAnotherVolumeIsNotReplaced) {
-  volumes(1);
-  expect_ok(convert());
-  const std::string before = content("out/a.tag");
-  expect_ok(script("mkdir other && $TAGRID phantom --dims 9,9,9 -qo other/a.nrrd"));
-  file("list.tsv", "other/a.nrrd\n");
-  EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
-  EXPECT_TRUE(content("out/a.tag") == before);
-}
-
 TEST_F(Convert, HalfALineOfResultsIsCutOffAndWhatIsNoRecordPassedOver) {
-  volumes(2);
-  expect_ok(convert());
+  converted(2);
   const std::string whole = content("out/results.jsonl");
   const std::size_t first = whole.find('\n') + 1;
   file("out/results.jsonl", "no record\n{}\n[1]\n" + whole.substr(0, first) + whole.substr(first, 300));
@@ -487,8 +432,7 @@ TEST_F(Convert, HalfALineOfResultsIsCutOffAndWhatIsNoRecordPassedOver) {
 }
 
 TEST_F(Convert, ALineLongerThanAnyRecordHidesNoOther) {
-  volumes(2);
-  expect_ok(convert());
+  converted(2);
   const std::string whole = content("out/results.jsonl");
   file("out/results.jsonl", std::string((std::size_t{1} << 24) + 99, ' ') + whole);
   const Ending ending = convert({"--skip-done"});
@@ -501,8 +445,7 @@ TEST_F(Convert, ALineLongerThanAnyRecordHidesNoOther) {
 }
 
 TEST_F(Convert, APipeWithTheNameOfRecordsIsRefusedAndNotWaitedFor) {
-  volumes(1);
-  expect_ok(convert());
+  converted(1);
   for (const char* name : {"results.jsonl", "results-7-of-9.jsonl"}) {
     std::filesystem::remove(path("out/results.jsonl"));
     ASSERT_EQ(mkfifo(path(std::string("out/") + name).c_str(), 0600), 0);
@@ -521,16 +464,6 @@ TEST_F(Convert, AnErrorThatDoesNotNameItsVolumeIsToldWithTheName) {
   const std::string error = records()[0]["error"];
   EXPECT_FALSE(has(error, "a.nrrd"));
   EXPECT_TRUE(has(ending.err, "tagrid: " + path("a.nrrd") + ": " + error + "\n"));
-}
-
-TEST_F(Convert, ASecondRunAtTheSameTimeIsRefused) {
-  volumes(1);
-  expect_ok(convert());
-  const Ending ending =
-      script("flock out/results.jsonl $TAGRID convert --manifest list.tsv --output-dir out --skip-done");
-  expect_error(ending, held,
-               "out/results.jsonl: another run is using it; repeat the command when that run has ended");
-  EXPECT_EQ(statuses(), "a ok");
 }
 
 TEST_F(Convert, FileNamesNeedNotBeText) {

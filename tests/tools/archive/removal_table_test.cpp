@@ -20,49 +20,38 @@ struct Case {
   Facts facts;
 };
 
-/// Of a line whose output is what its record says.
-Facts known(Facts facts) {
-  facts.record = Record::ok;
+/// Of a line of which there is such a record.
+Facts recorded(Record record, Output output, Facts facts) {
+  facts.record = record;
   facts.same_input = true;
-  facts.output = Output::whole;
+  facts.output = output;
   return facts;
 }
+/// Of a line whose output is what its record says.
+Facts known(const Facts& facts) { return recorded(Record::ok, Output::whole, facts); }
 
 const std::vector<Case> encoding_cases = {
     {"AnOutputWhoseOriginalAnotherRunRemovedIsNotReplaced",
-     {.overwrite = true,
-      .record = Record::removed,
-      .same_input = true,
-      .output = Output::whole,
-      .input = Input::unread,
-      .check = Check::good}},
+     recorded(Record::removed, Output::whole,
+              {.overwrite = true, .input = Input::unread, .check = Check::good})},
     {"WhatAnotherRunHasJustEncodedIsCompared",
      known({.skip_done = true, .renewed = true, .input = Input::same, .check = Check::good})},
     {"AVerifiedEncodingGetsItsName", {.input = Input::unread, .check = Check::good}},
     {"AnOnlyCopyThatIsGoneIsMissed",
-     {.skip_done = true, .record = Record::removed, .same_input = true, .input = Input::gone}},
+     recorded(Record::removed, Output::absent, {.skip_done = true, .input = Input::gone})},
     {"ARemovedOriginalIsSkipped",
-     {.skip_done = true,
-      .record = Record::removed,
-      .same_input = true,
-      .output = Output::whole,
-      .input = Input::gone}},
-    {"ARemovedOriginalIsCalledRemoved",
-     {.record = Record::removed, .same_input = true, .output = Output::whole, .input = Input::gone}},
+     recorded(Record::removed, Output::whole, {.skip_done = true, .input = Input::gone})},
+    {"ARemovedOriginalIsCalledRemoved", recorded(Record::removed, Output::whole, {.input = Input::gone})},
     {"AMissingVolumeFails", {.input = Input::gone}},
     {"AVolumeIsOpened", {}},
     {"ADirectoryIsNoOutput", {.overwrite = true, .output = Output::irregular, .input = Input::unread}},
     {"WhatAppearedIsProvedIfItMayBeTheOnlyCopy",
-     {.record = Record::removed, .same_input = true, .output = Output::appeared, .input = Input::unread}},
+     recorded(Record::removed, Output::appeared, {.input = Input::unread})},
     {"WhatAppearedIsCompared", {.output = Output::appeared, .input = Input::unread}},
     {"ALostOnlyCopyIsMadeAgain",
-     {.overwrite = true, .record = Record::removed, .same_input = true, .input = Input::unread}},
+     recorded(Record::removed, Output::absent, {.overwrite = true, .input = Input::unread})},
     {"AnOriginalThatIsThereAgainIsComparedWithItsOutput",
-     {.skip_done = true,
-      .record = Record::removed,
-      .same_input = true,
-      .output = Output::whole,
-      .input = Input::touched}},
+     recorded(Record::removed, Output::whole, {.skip_done = true, .input = Input::touched})},
     {"NotEvenForceReplacesAnOnlyCopy",
      {.overwrite = true, .unreadable = true, .output = Output::other, .input = Input::unread}},
     {"ForceReplacesWhatWillAppear", {.overwrite = true, .input = Input::unread}},
@@ -85,29 +74,13 @@ const std::vector<Case> encoding_cases = {
     {"ForceReplacesTheOutputOfAnotherVersion",
      known({.skip_done = true, .overwrite = true, .input = Input::unread, .options = Options::same})},
     {"SamplesAreComparedIfFilesChanged",
-     {.skip_done = true,
-      .record = Record::ok,
-      .same_input = true,
-      .output = Output::other,
-      .input = Input::unread}},
+     recorded(Record::ok, Output::other, {.skip_done = true, .input = Input::unread})},
     {"AChangedVolumeIsRefused",
-     {.skip_done = true,
-      .record = Record::damaged,
-      .same_input = true,
-      .output = Output::whole,
-      .input = Input::changed}},
+     recorded(Record::damaged, Output::whole, {.skip_done = true, .input = Input::changed})},
     {"ADamagedOutputIsReplaced",
-     {.skip_done = true,
-      .record = Record::damaged,
-      .same_input = true,
-      .output = Output::whole,
-      .input = Input::same}},
+     recorded(Record::damaged, Output::whole, {.skip_done = true, .input = Input::same})},
     {"AnOutputOfAnotherSizeIsReplaced",
-     {.skip_done = true,
-      .record = Record::ok,
-      .same_input = true,
-      .output = Output::other,
-      .input = Input::touched}},
+     recorded(Record::ok, Output::other, {.skip_done = true, .input = Input::touched})},
     {"AVolumeWithNewTimesIsComparedWithItsOutput",
      known({.skip_done = true, .input = Input::touched, .options = Options::same})},
 };
@@ -119,9 +92,8 @@ const std::vector<Case> removal_cases = {
      known({.renewed = true, .input = Input::touched, .options = Options::same, .check = Check::good})},
     {"TheOriginalOfADamagedOutputIsKept",
      known({.input = Input::unread, .options = Options::same, .check = Check::damaged})},
-    {"AnOnlyCopyThatIsGoneIsMissed", {.record = Record::removed, .same_input = true, .input = Input::gone}},
-    {"ARemovedOriginalIsSkipped",
-     {.record = Record::removed, .same_input = true, .output = Output::whole, .input = Input::gone}},
+    {"AnOnlyCopyThatIsGoneIsMissed", recorded(Record::removed, Output::absent, {.input = Input::gone})},
+    {"ARemovedOriginalIsSkipped", recorded(Record::removed, Output::whole, {.input = Input::gone})},
     {"AMissingVolumeFails", {.input = Input::gone}},
     {"AnOriginalThatWasNeverEncodedIsKept", {.failed = true}},
     {"AnOriginalWithoutARecordIsKept", {.output = Output::other}},
@@ -139,11 +111,7 @@ const std::vector<Case> removal_cases = {
     {"AVerifiedOriginalIsRemoved",
      known({.input = Input::touched, .options = Options::same, .check = Check::good})},
     {"AnOutputIsVerified",
-     {.record = Record::damaged,
-      .same_input = true,
-      .output = Output::whole,
-      .input = Input::unread,
-      .options = Options::same}},
+     recorded(Record::damaged, Output::whole, {.input = Input::unread, .options = Options::same})},
 };
 
 class EncodingTable : public testing::TestWithParam<std::size_t> {};

@@ -29,7 +29,7 @@ class SharedFiles : public Conversions<CommandLine> {
     for (const auto& entry : std::filesystem::directory_iterator(folder_))
       if (entry.is_regular_file())
         before[entry.path().filename().string()] = content(entry.path().filename().string());
-    expect_error(tagrid({"encode", "a.mhd", "--max-error", "3", "--rm", "-o", "x.tag"}), usage, why);
+    fails("encode a.mhd --max-error 3 --rm -o x.tag", usage, why);
     EXPECT_FALSE(exists("x.tag"));
     file("list.tsv", "a.mhd\n");
     expect_ok(convert());
@@ -102,8 +102,7 @@ TEST_F(SharedFiles, WhoseNamesAreWrittenOtherwiseAreKept) {
   header("a&b.mhd", "a&b.raw");
   samples("a&b.raw");
   file("b.vrt", "<SourceFilename>a&amp;b.raw</SourceFilename>");
-  expect_error(tagrid({"encode", "a&b.mhd", "--rm", "-o", "x.tag"}), usage,
-               "another header, b.vrt, also names it");
+  fails("encode a&b.mhd --rm -o x.tag", usage, "another header, b.vrt, also names it");
   header("\u00e4.mhd", "\u00e4.raw");
   samples("\u00e4.raw");
   file("b.json", R"({"refs": {"v/0": ["\u00e4.raw", 0, 630]}})");
@@ -124,9 +123,7 @@ TEST_F(SharedFiles, ThatHeadersInDirectoriesAboveAndBelowNameAreKept) {
   // Those are of files of the same name in other directories.
   header("scan/below/a.mhd", "a.raw");
   header("b.mhd", "other/a.raw");
-  const auto refused = [&](const std::string& why) {
-    expect_error(tagrid({"encode", "scan/a.mhd", "--rm", "-o", "x.tag"}), usage, why);
-  };
+  const auto refused = [&](const std::string& why) { fails("encode scan/a.mhd --rm -o x.tag", usage, why); };
   header("scan/below/b.mhd", "../a.raw");
   refused("scan/a.raw: cannot be removed: another header, below/b.mhd, also names it");
   header("scan/below/b.mhd", "link.raw");
@@ -136,7 +133,7 @@ TEST_F(SharedFiles, ThatHeadersInDirectoriesAboveAndBelowNameAreKept) {
   header("b.mhd", "scan/a.raw");
   refused("scan/a.raw: cannot be removed: another header, ../b.mhd, also names it");
   std::filesystem::remove(path("b.mhd"));
-  expect_ok(tagrid({"encode", "scan/a.mhd", "--rm", "-o", "x.tag"}));
+  works("encode scan/a.mhd --rm -o x.tag");
   EXPECT_FALSE(exists("scan/a.raw"));
 }
 
@@ -164,8 +161,8 @@ TEST_F(SharedFiles, ThatNobodyElseNamesAreRemoved) {
     file("list.txt", "a.mhd\n" + data + "\n");
     header("c.mhd", "a.raws");
     header("ca.mhd", "ca.raw");
-    expect_ok(tagrid({"encode", "a.mhd", "-o", "first.tag", "--json", "report.json", "-f"}));
-    expect_ok(tagrid({"encode", "a.mhd", "--rm", "-o", "x.tag"}));
+    works("encode a.mhd -o first.tag --json report.json -f");
+    works("encode a.mhd --rm -o x.tag");
     EXPECT_FALSE(exists("a.mhd") || exists(data));
     expect_ok(script("rm x.tag"));
   }
@@ -177,7 +174,7 @@ TEST_F(SharedFiles, WithNumbersAsNamesAreNotMeantByNumbers) {
   file("b.vgi", "[representation]\nsize = 1 1 1\n");
   file("b.xdmf", "<DataItem Dimensions=\"1\">1 1</DataItem>");
   file("b.nhdr", "NRRD0004\ndimension: 1\ndata file: b.raw\n");
-  expect_ok(tagrid({"encode", "1.mhd", "--rm", "-o", "x.tag"}));
+  works("encode 1.mhd --rm -o x.tag");
   EXPECT_FALSE(exists("1"));
 }
 
@@ -189,7 +186,7 @@ TEST_F(SharedFiles, BesideManyPatternsTakeNoTime) {
   for (int i = 0; i < 20000; ++i) patterns += "DATA_FILE: b" + std::to_string(i) + "_%d.raw\nDATA_FILE: %d\n";
   file("b.bov", patterns);
   const auto begin = std::chrono::steady_clock::now();
-  expect_ok(tagrid({"encode", "a.mhd", "--rm", "-o", "x.tag"}));
+  works("encode a.mhd --rm -o x.tag");
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
 }
 
@@ -265,7 +262,7 @@ TEST_F(LongArchive, OfAbsolutePathsRestoresToThese) {
 TEST_F(LongArchive, IsTheSameWhenItsFilesWereProtected) {
   const auto originals = archive();
   const auto has_parity = [&](const std::string& name) { return has(tagrid({"info", name}).out, "parity"); };
-  expect_ok(tagrid({"protect", "a/out/v.tag", "--parity", "5%"}));
+  works("protect a/out/v.tag --parity 5%");
   const std::string before = content("a/out/v.tag");
   expect_ok(in("a", {"--skip-done"}));
   EXPECT_EQ(statuses(2, "a/out/results.jsonl"), "v skipped, w skipped");
@@ -277,10 +274,10 @@ TEST_F(LongArchive, IsTheSameWhenItsFilesWereProtected) {
   EXPECT_TRUE(content("a/out/v.tag") == before && has_parity("a/out/v.tag"));
   expect_ok(in("a", {"--remove-verified"}));
   EXPECT_FALSE(exists("a/src/v.nrrd") || exists("a/src/w.raw"));
-  expect_ok(tagrid({"protect", "a/out/w.tag", "--parity", "10%"}));
+  works("protect a/out/w.tag --parity 10%");
   expect_ok(in("a", {"--skip-done"}));
   EXPECT_TRUE(has_parity("a/out/w.tag"));
-  expect_ok(tagrid({"restore", "--records", "a/out"}));
+  works("restore --records a/out");
   expect_originals("a", originals);
   // What was damaged before its parity was made is not what was written.
   expect_ok(in("a", {"--skip-done"}));
@@ -320,7 +317,7 @@ TEST_F(LongArchive, KeepsAnOriginalWhoseHardLinkOrOutputIsBesideIt) {
   EXPECT_FALSE(exists("a.nrrd"));
   EXPECT_TRUE(exists("a.tag") && exists("soft.nrrd") && exists("b.nrrd"));
   EXPECT_TRUE(content("link.nrrd") == a) << "only a name was removed";
-  expect_ok(tagrid({"restore", "--records", "."}));
+  works("restore --records .");
   EXPECT_TRUE(content("a.nrrd") == a);
 }
 

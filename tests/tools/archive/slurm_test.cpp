@@ -56,8 +56,7 @@ TEST_F(Slurm, ScriptsAreWellFormed) {
 }
 
 TEST_F(Slurm, TasksOfAnArrayTogetherDoTheWholeList) {
-  volumes(5);
-  expect_ok(convert({"--max-error", "3"}));
+  converted(5, {"--max-error", "3"});
   expect_ok(script("mv out whole"));
   for (int i = 0; i < 3; ++i) expect_done(batch(task(i) + "--max-error 3"));
   for (const std::string name : {"a.tag", "b.tag", "c.tag", "d.tag", "e.tag"})
@@ -174,32 +173,27 @@ TEST_F(Slurm, TheLauncherIsTheFirstWhoseProcessesWorkTogether) {
   EXPECT_FALSE(exists("arguments"));
 }
 
-TEST_F(Slurm, AnInterruptedEncodingOfALargeVolumeIsQueuedAgain) {
+TEST_F(Slurm, AnInterruptedEncodingOfALargeVolumeIsQueuedAgainAndACancelledOneIsNot) {
   const std::string run = "TAGRID_LAUNCHER=srun" + body("encode_large.sbatch") + "a.nhdr a.tag";
   program("tagrid-mpi", "trap 'exit 75' TERM; touch started; while :; do sleep 0.02; done");
   EXPECT_EQ(interrupted(run).code, 75);
   EXPECT_EQ(content("requeued"), "requeue 17\n");
-  // A launcher that is ended by the signal.
   std::filesystem::remove(path("started"));
+  const Ending cancelled = interrupted(run, "TERM");
+  EXPECT_EQ(cancelled.code, 75);
+  EXPECT_TRUE(has(cancelled.out, "cancelled")) << cancelled.out;
+  EXPECT_EQ(content("requeued"), "requeue 17\n");
+  // A launcher that is ended by the signal.
   program("srun", "touch started; exec sleep 300");
+  std::filesystem::remove(path("started"));
+  EXPECT_EQ(interrupted(run, "TERM").code, 128 + SIGTERM);
+  std::filesystem::remove(path("started"));
   EXPECT_EQ(interrupted(run).code, 75);
   EXPECT_EQ(content("requeued"), "requeue 17\nrequeue 17\n");
   // Killed for another reason, such as too much memory.
   program("srun", "kill -KILL $$");
   EXPECT_EQ(batch(run).code, 128 + SIGKILL);
   EXPECT_EQ(content("requeued"), "requeue 17\nrequeue 17\n");
-}
-
-TEST_F(Slurm, ACancelledEncodingOfALargeVolumeIsNotQueuedAgain) {
-  const std::string run = "TAGRID_LAUNCHER=srun" + body("encode_large.sbatch") + "a.nhdr a.tag";
-  program("tagrid-mpi", "trap 'exit 75' TERM; touch started; while :; do sleep 0.02; done");
-  const Ending ending = interrupted(run, "TERM");
-  EXPECT_EQ(ending.code, 75);
-  EXPECT_TRUE(has(ending.out, "cancelled")) << ending.out;
-  std::filesystem::remove(path("started"));
-  program("srun", "touch started; exec sleep 300");
-  EXPECT_EQ(interrupted(run, "TERM").code, 128 + SIGTERM);
-  EXPECT_FALSE(exists("requeued"));
 }
 
 // convert with many processes: the same files and records as with one, and nothing is lost if one of them
@@ -224,7 +218,10 @@ class MpiConvert : public Conversions<MpiRuns> {
   }
   std::map<std::string, std::string> tags() const {
     std::map<std::string, std::string> files;
-    for (const std::string& name : outputs()) files[name] = content("out/" + name);
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(path("out")))
+      if (const std::string name = entry.path().lexically_relative(path("out")).string();
+          entry.is_regular_file() && entry.path().extension() != ".jsonl")
+        files[name] = content("out/" + name);
     return files;
   }
 };
@@ -232,12 +229,14 @@ class MpiConvert : public Conversions<MpiRuns> {
 TEST_F(MpiConvert, AnyNumberOfProcessesMakesTheSameFilesAndRecords) {
   volumes(6);
   file("c.nrrd", content("c.nrrd").substr(0, 4000));
-  file("list.tsv", content("list.tsv") + "none.nrrd\n");
-  const Ending alone = convert({"--max-error=3", "--json=sums.json"});
-  EXPECT_EQ(alone.code, broken_input);
+  expect_ok(script("mkdir -p x/y && mv d.nrrd x && mv e.nrrd x/y"));
+  file("list.tsv", "a.nrrd\nb.nrrd\toutput=x/first/b\nc.nrrd\nx/d.nrrd\nx/y/e.nrrd\nf.nrrd\nnone.nrrd\n");
+  const Arguments options = words("--max-error=3 --keep-folders --json=sums.json -f");
+  EXPECT_EQ(convert(options).code, broken_input);
   const auto files = tags();
   const Records expected = timeless();
   ASSERT_EQ(files.size(), 5U);
+  EXPECT_TRUE(files.contains("x/first/b.tag") && files.contains("x/y/e.tag"));
   ASSERT_EQ(expected.size(), 7U);
   const Json sums = json_of("sums.json");
   for (const auto& [processes, of_mpirun] : {std::pair(1, Arguments()),
@@ -246,8 +245,7 @@ TEST_F(MpiConvert, AnyNumberOfProcessesMakesTheSameFilesAndRecords) {
                                              {3, Arguments{"--mca", "btl", "tcp,self"}}}) {
     SCOPED_TRACE(processes);
     std::filesystem::remove_all(path("out"));
-    const Ending ending =
-        convert_by(processes, {"--max-error=3", "-T1", "-f", "--json=sums.json"}, of_mpirun);
+    const Ending ending = convert_by(processes, with(options, {"-T1"}), of_mpirun);
     EXPECT_EQ(ending.code, broken_input) << ending.err;
     EXPECT_TRUE(tags() == files);
     EXPECT_EQ(timeless(), expected);
@@ -260,8 +258,7 @@ TEST_F(MpiConvert, AnyNumberOfProcessesMakesTheSameFilesAndRecords) {
 }
 
 TEST_F(MpiConvert, ShardsAndSkippingAndRemovalAreThoseOfOneProcess) {
-  volumes(5);
-  expect_ok(convert());
+  converted(5);
   const auto files = tags();
   std::filesystem::remove_all(path("out"));
   expect_ok(convert_by(2, {"--shard=1/2"}));
@@ -299,43 +296,8 @@ TEST_F(MpiConvert, WhatCannotBeIsRefusedOnceBeforeAnythingIsDone) {
   EXPECT_TRUE(has(nothing.err, "list.tsv: contains no volumes; nothing is left to do")) << nothing.err;
 }
 
-TEST_F(MpiConvert, FoldersAndNamesOfOutputsAreThoseOfOneProcess) {
-  std::string list;
-  for (const std::string folder : {"x", "x/y", "z"}) {
-    std::filesystem::create_directories(path(folder));
-    for (const std::string name : {"knee.nrrd", "skull.nrrd"}) {
-      volume(folder + "/" + name, static_cast<int>(list.size()) + 1);
-      list += folder + "/" + name + (list.empty() ? "\toutput=x/first/knee" : "") + "\n";
-    }
-  }
-  file("list.tsv", list);
-  const auto files = [&] {
-    std::map<std::string, std::string> found;
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(path("out")))
-      if (entry.path().extension() == ".tag")
-        found[entry.path().lexically_relative(path("out")).string()] = content(entry.path().string());
-    return found;
-  };
-  expect_ok(convert({"--keep-folders"}));
-  const auto alone = files();
-  const Records expected = timeless();
-  EXPECT_EQ(alone.size(), 6U);
-  EXPECT_TRUE(alone.contains("x/first/knee.tag") && alone.contains("x/y/skull.tag"));
-  std::filesystem::remove_all(path("out"));
-  expect_ok(convert_by(3, {"--keep-folders"}));
-  EXPECT_TRUE(files() == alone);
-  EXPECT_EQ(timeless(), expected);
-  std::filesystem::remove(path("out/x/y/skull.tag"));
-  expect_ok(convert_by(2, {"--keep-folders", "--skip-done"}));
-  EXPECT_TRUE(files() == alone);
-  EXPECT_EQ(records().size(), 12U);
-  expect_ok(convert_by(2, {"--keep-folders", "--remove-verified"}));
-  EXPECT_FALSE(exists("x/knee.nrrd") || exists("z/skull.nrrd"));
-}
-
 TEST_F(MpiConvert, ARankThatIsKilledEndsTheJobAndLosesNothing) {
-  volumes(5);
-  expect_ok(convert());
+  converted(5);
   const auto whole = tags();
   int killed = 0;
   for (const int victim : {0, 1, 2})

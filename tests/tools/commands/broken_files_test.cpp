@@ -29,9 +29,9 @@ TEST_F(BrokenFiles, ALinkThatLeadsNowhereIsNoInput) {
       ": is a broken symbolic link; its content may have to be fetched first (git annex get)";
   for (const char* command : {"encode", "decode", "info", "verify"})
     expect_error(tagrid({command, "link"}), broken_input, "link" + says);
-  expect_error(tagrid({"encode", "folder"}), broken_input, "folder/a.dcm" + says);
+  fails("encode folder", broken_input, "folder/a.dcm" + says);
   expect_ok(script("echo text > folder/README"));
-  expect_error(tagrid({"encode", "folder"}), broken_input, "folder/a.dcm" + says);
+  fails("encode folder", broken_input, "folder/a.dcm" + says);
 }
 
 TEST_F(BrokenFiles, AFolderIsNoInput) {
@@ -39,16 +39,15 @@ TEST_F(BrokenFiles, AFolderIsNoInput) {
   for (const char* command : {"decode", "info", "verify"})
     expect_error(tagrid({command, "folder"}), usage,
                  "folder: is a directory, not a .tag file; encode it first");
-  expect_error(tagrid({"encode", "folder"}), broken_input, "folder: is an empty directory");
+  fails("encode folder", broken_input, "folder: is an empty directory");
   expect_error(tagrid(with({"encode", "folder"}, raw_)), broken_input, "folder: has no files");
   expect_ok(script("mkdir folder/deeper"));
-  expect_error(
-      tagrid({"encode", "folder"}), broken_input,
-      "folder: has no files, only directories; tagrid convert --find folder lists the volumes in it");
+  fails("encode folder", broken_input,
+        "folder: has no files, only directories; tagrid convert --find folder lists the volumes in it");
   expect_ok(script("echo text > folder/notes"));
-  expect_error(tagrid({"encode", "folder"}), broken_input,
-               "folder: is a directory, but its first files are not slices of DICOM or TIFF or EDF of the "
-               "ESRF or JPEG 2000");
+  fails("encode folder", broken_input,
+        "folder: is a directory, but its first files are not slices of DICOM or TIFF or EDF of the "
+        "ESRF or JPEG 2000");
   expect_only({"folder"});
 }
 
@@ -67,12 +66,12 @@ TEST_F(BrokenFiles, AnEmptyFile) {
 
 TEST_F(BrokenFiles, NotAVolumeAndNotATag) {
   file("text", std::string(5000, 'x'));
-  expect_error(tagrid({"encode", "text"}), broken_input, "--dims");
+  fails("encode text", broken_input, "--dims");
   for (const char* command : {"decode", "info", "verify"})
     expect_error(tagrid({command, "text"}), broken_input,
                  "not a .tag file, or its beginning is damaged; if it is a volume, encode it first");
   file("header.nrrd", "NRRD0004\ntype: short\ndimension: 2\nsizes: 4 4\nencoding: raw\nendian: little\n\n");
-  expect_error(tagrid({"encode", "header.nrrd"}), broken_input, "header.nrrd: ");
+  fails("encode header.nrrd", broken_input, "header.nrrd: ");
   expect_only({"header.nrrd", "text"});
 }
 
@@ -90,38 +89,33 @@ TEST_F(BrokenFiles, DimsThatDoNotFitSayBothSizes) {
 
 TEST_F(BrokenFiles, VolumesThatEndTooSoonOrTooLate) {
   phantom("volume.nrrd");
-  const std::string nrrd = content("volume.nrrd"), raw = samples_of(nrrd);
-  const std::string shorter = nrrd.substr(0, nrrd.size() - 1), longer = nrrd + "x";
-  file("short.nrrd", shorter);
-  file("long.nrrd", longer);
-  expect_error(tagrid({"encode", "short.nrrd"}), broken_input, "are present");
+  const std::string nrrd = content("volume.nrrd"), raw = samples_of(nrrd),
+                    no_header = "--dims 52,40,36 --type int16";
+  file("short.nrrd", nrrd.substr(0, nrrd.size() - 1));
+  file("long.nrrd", nrrd + "x");
+  fails("encode short.nrrd", broken_input, "are present");
   // A header says where the samples end, and what follows is known before they are read.
   EXPECT_EQ(tagrid({"encode", "long.nrrd"}).code, 0);
-  for (const char* output : {"-", "x.tag"}) {
-    expect_error(tagrid({"encode", "-", "-o", output}, shorter), broken_input, "ends after");
-    expect_error(tagrid({"encode", "-", "-o", output}, longer), broken_input, "more are present");
-    expect_error(tagrid(with({"encode", "-", "-o", output}, raw_), raw.substr(1)), broken_input,
-                 "ends after");
-    expect_error(tagrid(with({"encode", "-", "-o", output}, raw_), raw + "x"), broken_input,
-                 "more are present");
-  }
+  for (const auto& [options, whole] : {std::pair(std::string(), nrrd), {no_header, raw}})
+    for (const char* output : {"-", "x.tag"}) {
+      const Arguments encode = with({"encode", "-", "-o", output}, words(options));
+      expect_error(tagrid(encode, whole.substr(0, whole.size() - 1)), broken_input, "ends after");
+      expect_error(tagrid(encode, whole + "x"), broken_input, "more are present");
+    }
   expect_only({"long.nrrd", "long.tag", "short.nrrd", "volume.nrrd"});
 }
 
-TEST_F(BrokenFiles, EveryTruncationOfATagIsFoundAndAByteMore) {
+TEST_F(BrokenFiles, ATruncationOfATagIsFoundAndAByteMore) {
   make_tag({"--cube", "8", "--max-error", "9"});
   const std::string bytes = content("volume.tag");
-  for (const std::size_t size : {std::size_t{1}, std::size_t{15}, std::size_t{40}, std::size_t{160},
-                                 bytes.size() / 3, bytes.size() - 25, bytes.size() - 1}) {
-    SCOPED_TRACE(size);
+  for (const std::size_t size : {std::size_t{1}, std::size_t{40}, bytes.size() / 3, bytes.size() - 1}) {
     file("short.tag", bytes.substr(0, size));
-    for (const char* command : {"decode", "info", "verify"}) {
-      expect_error(tagrid({command, "short.tag"}), broken_input, "short.tag: ");
+    for (const std::string command : {"decode", "info", "verify"}) {
+      fails(command + " short.tag", broken_input, "short.tag: ");
       expect_error(tagrid({command, "-"}, bytes.substr(0, size)), broken_input, "standard input: ");
+      EXPECT_EQ(tagrid({command, "-"}, bytes + "x").code, broken_input);
     }
   }
-  for (const char* command : {"decode", "info", "verify"})
-    EXPECT_EQ(tagrid({command, "-"}, bytes + "x").code, broken_input);
   expect_only({"short.tag", "volume.nrrd", "volume.tag"});
 }
 
@@ -175,8 +169,8 @@ TEST_F(SalvageCommand, WhatIsWholeIsWrittenAndTheExitCodeTellsThatItIsNotAll) {
   const std::string region = fmt::format("{}:{},{}:{},{}:{}", at("low", 0), at("high", 0), at("low", 1),
                                          at("high", 1), at("low", 2), at("high", 2));
   EXPECT_TRUE(has(ending.err, region));
-  expect_ok(tagrid({"encode", "rest.nrrd"}));
-  expect_ok(tagrid({"decode", "volume.tag", "-o", "whole.nrrd"}));
+  works("encode rest.nrrd");
+  works("decode volume.tag -o whole.nrrd");
   const std::string samples = tagrid({"decode", "rest.tag", "--region", region, "-o", "-"}).out;
   ASSERT_FALSE(samples.empty());
   for (std::size_t i = 0; i < samples.size(); i += 2) ASSERT_EQ(samples.substr(i, 2), "\xF9\xFF");
@@ -198,38 +192,25 @@ TEST_F(SalvageCommand, VerifyListsEveryDamagedBrickAndItsAdviceWorks) {
   EXPECT_FALSE(content("rest.nrrd").empty());
   // Nothing of this is said of a file that is whole but not of this original.
   phantom("other.nrrd", {"--seed", "9"});
-  expect_error(tagrid({"verify", "volume.tag", "--against", "other.nrrd"}), broken_input, "");
+  fails("verify volume.tag --against other.nrrd", broken_input, "");
   EXPECT_EQ(tagrid({"verify", "volume.tag", "--against", "other.nrrd"}).out, "");
 }
 
-// Of the only page of the index, the envelope, the directory and the footer.
-TEST_F(SalvageCommand, NoByteThatFollowsTheBricksCostsABrick) {
-  for (const Arguments& more : {Arguments{}, Arguments{"--strip"}, Arguments{"--brick", "8"}}) {
-    phantom("volume.nrrd", {"--dims", "23,19,21", "-f"});
-    expect_ok(tagrid(with({"encode", "volume.nrrd", "-f", "--cube", "8", "--brick", "1"}, more)));
-    const std::string whole = content("volume.tag");
-    expect_ok(tagrid({"decode", "volume.tag", "-fo", "good.raw"}));
-    const auto last = frames(whole).back();
-    const std::size_t start = last.first + last.second;
-    for (std::size_t at = start; at < whole.size(); at += 1 + (whole.size() - start) / 24) {
-      SCOPED_TRACE(at);
-      std::string damaged = whole;
-      damaged[at] = static_cast<char>(damaged[at] ^ 0x11);
-      file("damaged.tag", damaged);
-      expect_error(tagrid({"decode", "damaged.tag", "--salvage", "-fo", "rest.raw"}), broken_input,
-                   "all bricks are intact");
-      EXPECT_TRUE(content("rest.raw") == content("good.raw"));
-    }
-  }
+TEST_F(SalvageCommand, AByteThatFollowsTheBricksCostsNone) {
+  make_tag();
+  std::string damaged = content("volume.tag");
+  damaged[damaged.size() - 30] = static_cast<char>(damaged[damaged.size() - 30] ^ 0x11);
+  file("damaged.tag", damaged);
+  fails("decode damaged.tag --salvage -o rest.nrrd", broken_input, "all bricks are intact");
+  EXPECT_TRUE(content("rest.nrrd") == content("volume.nrrd"));
 }
 
 TEST_F(SalvageCommand, WhatMakesNoSenseIsRefused) {
   make_damaged();
-  expect_error(tagrid({"decode", "damaged.tag", "--fill", "1", "-o", "a.nrrd"}), usage, "--salvage");
-  expect_error(tagrid({"decode", "damaged.tag", "--salvage", "--fill", "0.5", "-o", "a.nrrd"}), usage,
-               "not a value of type int16");
-  expect_error(tagrid({"decode", "damaged.tag", "--salvage", "--rm", "-o", "a.nrrd"}), usage, "--rm");
-  expect_error(tagrid({"decode", "volume.nrrd", "--salvage", "-o", "a.nrrd"}), broken_input, "");
+  fails("decode damaged.tag --fill 1 -o a.nrrd", usage, "--salvage");
+  fails("decode damaged.tag --salvage --fill 0.5 -o a.nrrd", usage, "not a value of type int16");
+  fails("decode damaged.tag --salvage --rm -o a.nrrd", usage, "--rm");
+  fails("decode volume.nrrd --salvage -o a.nrrd", broken_input, "");
   EXPECT_FALSE(std::filesystem::exists(path("a.nrrd")));
 }
 

@@ -15,8 +15,11 @@ class EstimateCommand : public CommandLine {
     EXPECT_EQ(ending.code, 0) << ending.err;
     return Json::parse(ending.out)["settings"];
   }
-  Json info(const std::string& name = "a.tag") const {
-    return Json::parse(tagrid({"info", name, "--json"}).out);
+  /// What a warning is said in.
+  std::string words_of(const std::string& line, std::string_view input = {}) const {
+    const Ending ending = tagrid(words(line), input);
+    EXPECT_EQ(ending.code, 0) << line << ending.err;
+    return ending.err;
   }
 };
 
@@ -26,9 +29,8 @@ TEST_F(EstimateCommand, SaysWhatEncodingGives) {
   EXPECT_EQ(json["bricks_encoded"], json["bricks"]);
   ASSERT_EQ(json["estimates"].size(), 2U);
   for (const Json& e : json["estimates"]) {
-    const std::string bound = std::to_string(e["max_error"].get<int>());
-    expect_ok(tagrid({"encode", "volume.nrrd", "-fo", "a.tag", "--effort=best", "--max-error", bound}));
-    const Json file = info();
+    works("encode volume.nrrd -fo a.tag --effort=best --max-error " + e["max_error"].dump());
+    const Json file = info("a.tag");
     EXPECT_NEAR(e["bytes"].get<double>() / file["bytes"]["file"].get<double>(), 1, 0.02);
     EXPECT_NEAR(e["psnr"].get<double>(), file["achieved"]["psnr"].get<double>(), 0.01);
     EXPECT_GT(e["encoding_seconds"].get<double>(), 0);
@@ -41,16 +43,15 @@ TEST_F(EstimateCommand, ChoosesBoundsAroundTheNoise) {
   const Json json = estimates({});
   const double noise = json["noise"];
   EXPECT_GT(noise, 0);
-  EXPECT_EQ(json["estimates"][0]["max_error"], 0);
   EXPECT_TRUE(json["estimates"][0]["psnr"].is_null());
-  EXPECT_LT(json["estimates"][1]["max_error"], noise);
-  EXPECT_GT(json["estimates"].back()["max_error"], 2 * noise);
-  const Ending text = tagrid({"estimate", "volume.nrrd"});
-  EXPECT_EQ(text.code, 0);
-  EXPECT_TRUE(has(text.out, "\nnoise: "));
-  EXPECT_TRUE(has(text.out, "lossless"));
-  EXPECT_EQ(std::count(text.out.begin(), text.out.end(), '\n'),
-            5 + static_cast<std::ptrdiff_t>(json["estimates"].size()));
+  std::vector<double> tried, expected = {0};
+  for (const Json& e : json["estimates"]) tried.push_back(e["max_error"]);
+  for (const double part : {0.125, 0.25, 0.5, 1.0, 2.0, 4.0})
+    if (const double bound = std::floor(part * noise); bound > expected.back()) expected.push_back(bound);
+  EXPECT_EQ(tried, expected);
+  const std::string text = out("estimate volume.nrrd");
+  EXPECT_TRUE(has(text, "\nnoise: ") && has(text, "lossless"));
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 5 + static_cast<std::ptrdiff_t>(tried.size()));
 }
 
 TEST_F(EstimateCommand, NoiseOfASmallScanIsDoubtedAndThatOfALargerOneIsNot) {
@@ -68,18 +69,14 @@ TEST_F(EstimateCommand, NoiseOfASmallScanIsDoubtedAndThatOfALargerOneIsNot) {
 TEST_F(EstimateCommand, ReadsWhatEncodeReads) {
   phantom("volume.nrrd");
   phantom("volume.raw");
-  const Arguments errors = {"--errors", "0,3", "-q", "--json", "-"};
-  const auto bytes = [&](const Arguments& arguments, std::string_view input = {}) {
-    const Ending ending = tagrid(with(with({"estimate"}, arguments), errors), input);
-    EXPECT_EQ(ending.code, 0) << ending.err;
-    const Json report = Json::parse(ending.out);
+  const auto bytes = [&](const std::string& line, std::string_view input = {}) {
+    const Json report = Json::parse(out("estimate --errors 0,3 -q --json - " + line, input));
     Json sizes;
     for (const Json& e : report["settings"]["estimates"]) sizes.push_back(e["bytes"]);
     return sizes;
   };
-  const Json expected = bytes({"volume.nrrd"});
-  EXPECT_EQ(bytes(with({"volume.raw"}, raw_)).size(), 2U);
-  EXPECT_EQ(bytes({"-", "--spool", "."}, content("volume.nrrd")), expected);
+  EXPECT_EQ(bytes("volume.raw --dims 52,40,36 --type int16").size(), 2U);
+  EXPECT_EQ(bytes("- --spool .", content("volume.nrrd")), bytes("volume.nrrd"));
   const Ending piped = script("cat volume.nrrd | $TAGRID estimate -");
   EXPECT_EQ(piped.code, 0);
   EXPECT_TRUE(has(piped.err, "standard input: is read more than once, so its samples (")) << piped.err;
@@ -87,17 +84,16 @@ TEST_F(EstimateCommand, ReadsWhatEncodeReads) {
 
 TEST_F(EstimateCommand, BoundsAreRoundedAsEncodeRoundsThemAndThatIsSaid) {
   phantom("volume.nrrd");
-  const Ending ending = tagrid({"estimate", "volume.nrrd", "--errors", "2,2.7", "--json", "a.json"});
-  EXPECT_EQ(ending.code, 0);
-  EXPECT_TRUE(has(ending.err,
+  const std::string said = words_of("estimate volume.nrrd --errors 2,2.7 --json a.json");
+  EXPECT_TRUE(has(said,
                   "tagrid: warning: volume.nrrd: --errors 2.7: encode keeps whole steps of the stored "
                   "samples, so this is 2\n"));
-  EXPECT_FALSE(has(ending.err, "--errors 2:"));
+  EXPECT_FALSE(has(said, "--errors 2:"));
   const Json tried = json_of("a.json")["settings"]["estimates"];
   EXPECT_EQ(tried[0]["bytes"], tried[1]["bytes"]);
   EXPECT_EQ(tried[1]["max_error"], 2);
-  expect_ok(tagrid({"encode", "volume.nrrd", "-q", "-o", "a.tag", "--max-error", "2.7"}));
-  EXPECT_EQ(info()["max_error"], 2);
+  works("encode volume.nrrd -q -o a.tag --max-error 2.7");
+  EXPECT_EQ(info("a.tag")["max_error"], 2);
 }
 
 // The bricks that are encoded show less of the range than the volume has, and those of the search are others.
@@ -105,9 +101,9 @@ TEST_F(EstimateCommand, ALargeVolumeReachesAPsnrInTheEstimateAsInTheFile) {
   if (program_is_sanitized()) GTEST_SKIP() << "takes minutes";
   phantom("volume.nrrd", {"--dims", "400,300,200"});
   const Json e = estimates({"--psnr", "42"})["estimates"][0];
-  expect_ok(tagrid({"encode", "volume.nrrd", "-q", "-o", "a.tag", "--psnr", "42"}));
+  works("encode volume.nrrd -q -o a.tag --psnr 42");
   EXPECT_GE(e["psnr"].get<double>(), 42);
-  EXPECT_NEAR(e["psnr"].get<double>(), info()["achieved"]["psnr"].get<double>(), 0.2);
+  EXPECT_NEAR(e["psnr"].get<double>(), info("a.tag")["achieved"]["psnr"].get<double>(), 0.2);
 }
 
 // What is coded by a wavelet is marked: its bound says little of most errors.
@@ -131,65 +127,53 @@ TEST_F(EstimateCommand, TriesPsnrsAndSizes) {
 
 TEST_F(EstimateCommand, SizesThatAreOutOfReachHideNoOthers) {
   phantom("volume.nrrd");
-  const Ending some = tagrid({"estimate", "volume.nrrd", "--ratio", "1e9,20", "--json", "some.json"});
-  EXPECT_EQ(some.code, 0);
-  EXPECT_TRUE(has(some.err, "warning: volume.nrrd: --ratio 1000000000 cannot be reached"));
+  EXPECT_TRUE(has(words_of("estimate volume.nrrd --ratio 1e9,20 --json some.json"),
+                  "warning: volume.nrrd: --ratio 1000000000 cannot be reached"));
   const Json settings = json_of("some.json")["settings"];
   EXPECT_EQ(settings["estimates"].size(), 1);
   EXPECT_EQ(settings["out_of_reach"].size(), 1);
-  expect_error(tagrid({"estimate", "volume.nrrd", "--ratio", "1e9"}), usage, "cannot be reached");
+  fails("estimate volume.nrrd --ratio 1e9", usage, "cannot be reached");
 }
 
 TEST_F(EstimateCommand, RefusesWhatIsNoList) {
   phantom("volume.nrrd");
   for (const char* list : {"1,x", ",", "1,,2", "-1", "1 2", "nan"})
     expect_error(tagrid({"estimate", "volume.nrrd", "--errors", list}), usage, "--errors");
-  for (const char* option : {"--psnr", "--ratio", "--bits"})
-    expect_error(tagrid({"estimate", "volume.nrrd", option, "40,x"}), usage, option);
-  for (const char* option : {"--max-error", "--relative-error"})
-    expect_error(tagrid({"estimate", "volume.nrrd", option, "3"}), usage, option);
-  expect_error(tagrid({"estimate", "missing.nrrd"}), world, "missing.nrrd");
-  expect_error(tagrid({"estimate", "volume.nrrd", "-M", "1M"}), usage, "give -M ");
+  for (const std::string option : {"--psnr", "--ratio", "--bits"})
+    fails("estimate volume.nrrd " + option + " 40,x", usage, option);
+  for (const std::string option : {"--max-error", "--relative-error"})
+    fails("estimate volume.nrrd " + option + " 3", usage, option);
+  fails("estimate missing.nrrd", world, "missing.nrrd");
+  fails("estimate volume.nrrd -M 1M", usage, "give -M ");
 }
 
 TEST_F(EstimateCommand, BoundsThatFollowFromSamplesAreSaidAndPlainInTheFile) {
   phantom("volume.nrrd");
   const double noise = estimates({})["noise"];
-  const Ending by_noise = tagrid({"encode", "volume.nrrd", "-f", "-o", "a.tag", "--max-error", "noise:0.5"});
-  EXPECT_EQ(by_noise.code, 0);
-  EXPECT_EQ(info()["max_error"], std::floor(0.5 * noise));
-  EXPECT_TRUE(has(by_noise.err, "so the maximum error is set to " + info()["max_error"].dump()));
-  // estimate tries the same bounds.
-  std::vector<double> tried, expected = {0};
-  const Json by_default = estimates({});
-  for (const Json& e : by_default["estimates"]) tried.push_back(e["max_error"]);
-  for (const double part : {0.125, 0.25, 0.5, 1.0, 2.0, 4.0})
-    if (const double bound = std::floor(part * noise); bound > expected.back()) expected.push_back(bound);
-  EXPECT_EQ(tried, expected);
+  const std::string said = words_of("encode volume.nrrd -o a.tag --max-error noise:0.5"),
+                    bound_of_noise = info("a.tag")["max_error"].dump();
+  EXPECT_EQ(info("a.tag")["max_error"], std::floor(0.5 * noise));
+  EXPECT_TRUE(has(said, "so the maximum error is set to " + bound_of_noise));
   // The same file as with the number.
-  expect_ok(tagrid({"encode", "volume.nrrd", "-o", "b.tag", "--max-error", info()["max_error"].dump()}));
+  works("encode volume.nrrd -o b.tag --max-error " + bound_of_noise);
   EXPECT_TRUE(content("a.tag") == content("b.tag"));
 
-  expect_ok(
-      tagrid({"encode", "volume.nrrd", "-q", "-f", "-o", "a.tag", "--psnr", "55", "--json", "run.json"}));
-  const Json file = info();
+  works("encode volume.nrrd -qfo a.tag --psnr 55 --json run.json");
+  const Json file = info("a.tag");
   EXPECT_GE(file["achieved"]["psnr"].get<double>(), 55);
   EXPECT_TRUE(has(json_of("run.json")["settings"]["reason_of_max_error"].get<std::string>(), "55 dB"));
   EXPECT_LT(file["achieved"]["psnr"].get<double>(), 55.5);
   EXPECT_EQ(file["max_error"], file["achieved"]["max_error"]);
   // With a bound besides it, both hold.
   const int bound = file["max_error"].get<int>() / 2;
-  expect_ok(tagrid({"encode", "volume.nrrd", "-q", "-f", "-o", "a.tag", "--psnr", "55", "--max-error",
-                    std::to_string(bound)}));
-  EXPECT_GE(info()["achieved"]["psnr"].get<double>(), 55);
-  EXPECT_LE(info()["achieved"]["max_error"].get<int>(), bound);
+  works("encode volume.nrrd -qfo a.tag --psnr 55 --max-error " + std::to_string(bound));
+  EXPECT_GE(info("a.tag")["achieved"]["psnr"].get<double>(), 55);
+  EXPECT_LE(info("a.tag")["achieved"]["max_error"].get<int>(), bound);
 
-  for (const Arguments& rule :
-       {Arguments{"--max-error", "noise:2"}, {"--psnr", "50"}, {"--relative-error", "0.1"}}) {
-    const Ending piped = tagrid(with({"encode", "-", "-f", "-o", "c.tag"}, rule), content("volume.nrrd"));
-    EXPECT_EQ(piped.code, 0) << piped.err;
-    EXPECT_TRUE(has(piped.err, "standard input: is read more than once, so its samples (")) << piped.err;
-    EXPECT_EQ(tagrid(with({"encode", "volume.nrrd", "-f", "-o", "d.tag"}, rule)).code, 0);
+  for (const std::string rule : {" --max-error noise:2", " --psnr 50", " --relative-error 0.1"}) {
+    EXPECT_TRUE(has(words_of("encode - -fo c.tag" + rule, content("volume.nrrd")),
+                    "standard input: is read more than once, so its samples ("));
+    words_of("encode volume.nrrd -fo d.tag" + rule);
     EXPECT_EQ(info("c.tag")["max_error"], info("d.tag")["max_error"]);
   }
 }

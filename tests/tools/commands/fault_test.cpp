@@ -16,10 +16,9 @@ class EveryCall : public FailingDisk, public testing::WithParamInterface<Case> {
     const Arguments small = {"--dims", "23,19,21"};
     phantom("volume.nhdr", small);
     phantom("other.raw", small);
-    expect_ok(tagrid({"encode", "volume.nhdr", "-o", "volume.tag", "--cube", "8", "--max-error", "9"}));
+    works("encode volume.nhdr -o volume.tag --cube 8 --max-error 9");
     // decode --rm refuses a file that keeps source files.
-    expect_ok(tagrid(
-        {"encode", "volume.nhdr", "-o", "stripped.tag", "--cube", "8", "--max-error", "9", "--strip"}));
+    works("encode volume.nhdr -o stripped.tag --cube 8 --max-error 9 --strip");
     expect_ok(
         script("gzip -nc volume.raw > packed.raw.gz; sed 's/raw$/gzip/; s/volume.gzip/packed.raw.gz/' "
                "volume.nhdr > packed.nhdr"));
@@ -194,10 +193,9 @@ class Kill : public FailingDisk, public testing::WithParamInterface<Case> {
  protected:
   void make_files(const std::string& dims) {
     phantom("volume.nhdr", {"--dims", dims});
-    expect_ok(tagrid({"encode", "volume.nhdr", "-o", "volume.tag", "--cube", "8", "--max-error", "9"}));
+    works("encode volume.nhdr -o volume.tag --cube 8 --max-error 9");
     // decode --rm refuses a file that keeps source files.
-    expect_ok(tagrid(
-        {"encode", "volume.nhdr", "-o", "stripped.tag", "--cube", "8", "--max-error", "9", "--strip"}));
+    works("encode volume.nhdr -o stripped.tag --cube 8 --max-error 9 --strip");
     for (const std::string& name : GetParam().older) file(name, name.ends_with(".json") ? "{}" : "older");
     before_ = files();
   }
@@ -341,7 +339,7 @@ class RestoredFolder : public FailingDisk {
 
   void SetUp() override {
     phantom("volume.nhdr", {"--dims", "23,19,21"});
-    expect_ok(tagrid({"encode", "volume.nhdr", "-o", "volume.tag", "--cube", "8"}));
+    works("encode volume.nhdr -o volume.tag --cube 8");
     Ending good;
     calls_ = calls_of(restore_, good);
     ASSERT_EQ(good.code, 0) << good.err;
@@ -373,7 +371,7 @@ TEST_F(RestoredFolder, GoesWithTheRunThatASignalEnds) {
       EXPECT_EQ(run(restore_, std::to_string(i + 1), name).signal, signal);
       if (signal == SIGKILL) {
         // The next run removes what this one could not.
-        expect_ok(tagrid({"restore", "volume.tag", "-fo", "new/deep/er"}));
+        works("restore volume.tag -fo new/deep/er");
         expect_all_files();
         if (is_on_local_file_system()) {
           EXPECT_TRUE(hidden().empty()) << hidden().front();
@@ -405,16 +403,16 @@ TEST_F(RestoredFolder, IsLeftAloneWhileAnotherRunHoldsIt) {
   const std::string held = path("new/deep/er/.restored.partabcdef");
   const int descriptor = open(held.c_str(), O_RDONLY | O_DIRECTORY);
   ASSERT_EQ(flock(descriptor, LOCK_EX | LOCK_NB), 0);
-  expect_ok(tagrid({"restore", "volume.tag", "-o", "new/deep/er"}));
+  works("restore volume.tag -o new/deep/er");
   EXPECT_EQ(content("new/deep/er/.restored.partabcdef/0"), "a part");
   close(descriptor);
   file("new/deep/er/.restored.partabcdef/1.old", "an older file");
-  expect_ok(tagrid({"restore", "volume.tag", "-fo", "new/deep/er"}));
+  works("restore volume.tag -fo new/deep/er");
   if (!is_on_local_file_system()) return;
   EXPECT_FALSE(std::filesystem::exists(held + "/0"));
   EXPECT_EQ(content("new/deep/er/.restored.partabcdef/1.old"), "an older file");
   std::filesystem::remove(held + "/1.old");
-  expect_ok(tagrid({"restore", "volume.tag", "-fo", "new/deep/er"}));
+  works("restore volume.tag -fo new/deep/er");
   EXPECT_FALSE(std::filesystem::exists(held));
 }
 

@@ -14,47 +14,16 @@ class MeshCommand : public CommandLine {
   }
 };
 
-TEST_F(MeshCommand, TakesItsNameFromTheInput) {
-  make_tag({"--grid-only"});
-  expect_ok(tagrid({"mesh", "volume.tag"}));
-  const std::string mesh = content("volume.vtu");
-  EXPECT_EQ(mesh.find("<?xml"), 0U);
-  EXPECT_TRUE(has(mesh, "header_type=\"UInt64\""));
-  EXPECT_GT(number(mesh, "NumberOfCells"), 1000);
-}
-
 TEST_F(MeshCommand, APipeGivesTheBytesOfTheFile) {
   make_tag({"--cube", "8", "--brick", "2"});
-  for (const Arguments& options :
-       {words("-T3"), words("--level 5"), words("--padded"), words("--coarsen=20 -T2"),
-        words("--coarsen=20 -M40M"), words("--region 3:9,:,20: --level 5"),
-        words("--region=3:9,:,20: --coarsen 20")}) {
-    expect_ok(tagrid(with({"mesh", "volume.tag", "-fo", "x.vtu"}, options)));
+  for (const char* options :
+       {"-T3 --padded", "--level 5", "--coarsen=20 -T2 -M40M", "--region=3:9,:,20: --coarsen 20"}) {
+    works(std::string("mesh volume.tag -fo x.vtu ") + options);
     EXPECT_GT(number(content("x.vtu"), "NumberOfCells"), 0);
-    EXPECT_TRUE(tagrid(with({"mesh", "-", "-o", "-"}, options), content("volume.tag")).out ==
+    EXPECT_TRUE(tagrid(words(std::string("mesh - -o - ") + options), content("volume.tag")).out ==
                 content("x.vtu"))
-        << options[0];
+        << options;
   }
-  expect_error(tagrid({"mesh", "volume.tag", "--coarsen=20", "-M", "1M"}), usage, "-M");
-}
-
-TEST_F(MeshCommand, OptionsSayHowFineAndHowLargeTheMeshIs) {
-  make_tag();
-  const auto cells = [&](const Arguments& options) {
-    expect_ok(tagrid(with({"mesh", "volume.tag", "-fo", "x.vtu"}, options)));
-    return number(content("x.vtu"), "NumberOfCells");
-  };
-  const long all = cells({}), some = cells({"--level", "6"});
-  EXPECT_LT(some, all);
-  for (const char* whole : {"--level=15", "--region=:,:,:"}) EXPECT_EQ(cells({whole}), all);
-  EXPECT_GT(cells({"--padded"}), all);
-  for (const char* coarse : {"--level=0", "--coarsen=1e9"}) {
-    EXPECT_LT(cells({coarse}), some);
-    EXPECT_EQ(cells({coarse, "--padded"}), 2 * 2 * 2 * 6) << "six tetrahedra a root cube";
-  }
-  const long coarsened = cells({"--coarsen=20"});
-  EXPECT_LT(cells({"--coarsen", "100"}), coarsened);
-  EXPECT_GT(cells({"--coarsen", "2"}), coarsened);
 }
 
 TEST_F(MeshCommand, AnErrorIsInUnitsOfValues) {
@@ -64,69 +33,56 @@ TEST_F(MeshCommand, AnErrorIsInUnitsOfValues) {
   file("scaled.nrrd", nrrd);
   for (const char* name : {"plain", "scaled"})
     expect_ok(tagrid({"encode", std::string(name) + ".nrrd", "-qo", std::string(name) + ".tag"}));
-  expect_ok(tagrid({"mesh", "plain.tag", "--coarsen=20"}));
-  expect_ok(tagrid({"mesh", "scaled.tag", "--coarsen=5", "-q"}));
+  works("mesh plain.tag --coarsen=20");
+  works("mesh scaled.tag --coarsen=5 -q");
   // The other one has the values in their units, too.
   for (const char* count : {"NumberOfPoints", "NumberOfCells"})
     EXPECT_EQ(number(content("plain.vtu"), count), number(content("scaled.vtu"), count));
 }
 
-TEST_F(MeshCommand, AnErrorThatMakesNoSenseIsRefused) {
+TEST_F(MeshCommand, TakesItsNameFromTheInputAndEveryFormatHasTheSameFigures) {
   make_tag();
-  expect_error(tagrid({"mesh", "volume.tag", "--coarsen=5", "--level=6"}), usage, "--level");
-  expect_error(tagrid({"mesh", "volume.tag", "--coarsen=-1"}), usage, "--coarsen -1 must be at least 0");
-  for (const char* error : {"nan", "inf", "x"})
-    expect_error(tagrid({"mesh", "volume.tag", "--coarsen", error}), usage, "--coarsen");
-  EXPECT_EQ(names(), (std::vector<std::string>{"volume.nrrd", "volume.tag"}));
-}
-
-TEST_F(MeshCommand, EveryFormatHasTheSameFigures) {
-  make_tag({"--cube", "8"});
-  const auto figures = [&](const std::string& name) {
-    expect_ok(tagrid({"mesh", "volume.tag", "-T2", "-fo", name, "--json=x.json"}));
-    const auto json = json_of("x.json");
-    std::filesystem::remove(path("x.json"));
-    EXPECT_EQ(json["bytes_out"], std::filesystem::file_size(path(name)));
-    return std::pair(json["settings"]["points"], json["settings"]["tetrahedra"]);
-  };
-  const auto expected = figures("a.vtu");
-  for (const char* name : {"a.vtkhdf", "a.hdf", "a.msh"}) EXPECT_EQ(figures(name), expected) << name;
-}
-
-TEST_F(MeshCommand, ReportsItsFigures) {
-  make_tag();
-  expect_ok(tagrid({"mesh", "volume.tag", "--json", "x.json"}));
+  works("mesh volume.tag --json x.json");
   const auto json = json_of("x.json");
   EXPECT_EQ(json["command"], "mesh");
-  EXPECT_EQ(json["bytes_out"], content("volume.vtu").size());
   EXPECT_EQ(json["settings"]["tetrahedra"], number(content("volume.vtu"), "NumberOfCells"));
   EXPECT_EQ(json["settings"]["points"], number(content("volume.vtu"), "NumberOfPoints"));
   EXPECT_FALSE(json["settings"].contains("coarsen"));
-  expect_ok(tagrid({"mesh", "volume.tag", "--coarsen=20", "-f", "--json", "x.json"}));
+  for (const std::string name : {"volume.vtu", "a.vtkhdf", "a.hdf", "a.msh"}) {
+    works("mesh volume.tag -fo " + name + " --json y.json");
+    EXPECT_EQ(json_of("y.json")["settings"], json["settings"]) << name;
+    EXPECT_EQ(json_of("y.json")["bytes_out"], std::filesystem::file_size(path(name)));
+  }
+  works("mesh volume.tag --level=0 --padded -f --json x.json");
+  EXPECT_EQ(json_of("x.json")["settings"]["tetrahedra"], 2 * 2 * 2 * 6) << "six a root cube";
+  works("mesh volume.tag --coarsen=20 -f --json x.json");
   EXPECT_EQ(json_of("x.json")["settings"]["coarsen"], 20);
+  EXPECT_LT(json_of("x.json")["settings"]["tetrahedra"], json["settings"]["tetrahedra"]);
 }
 
 TEST_F(MeshCommand, WrongRequestsAreRefused) {
   make_tag();
-  for (const char* level : {"-1", "16", "x"})
-    expect_error(tagrid({"mesh", "volume.tag", "--level", level}), usage, "--level");
-  expect_error(tagrid({"mesh", "volume.tag", "-o", "x.stl"}), usage, "use tagrid surface --iso V");
   for (const char* region : {"0:999,:,:", "-1:2,:,:", "3:3,:,:", "5:4,:,:", ":,:", "x", "1:2,3:4,5:6,7:8"})
-    for (const Arguments& more : {Arguments{}, {"--padded"}})
-      expect_error(
-          tagrid(with({"mesh", "volume.tag", "-o", "x.msh", std::string("--region=") + region}, more)), usage,
-          "");
-  expect_error(tagrid({"mesh", "volume.tag", "--region", ":,:,:5"}), usage, "needs -o FILE");
-  expect_error(tagrid({"mesh"}), usage, "INPUT is required");
-  expect_error(tagrid({"mesh", "missing.tag"}), world, "missing.tag");
-  expect_error(tagrid({"mesh", "volume.nrrd", "-o", "x.vtu"}), broken_input, "not a .tag file");
-  expect_error(tagrid({"mesh", "volume.tag", "-o", "no/x.vtu"}), world, "no/x.vtu");
-  expect_error(tagrid({"mesh", "volume.tag", "-o", "/dev/full"}), usage, ".vtu");
+    fails(std::string("mesh volume.tag -o x.msh --region=") + region, usage, "");
+  for (const char* level : {"-1", "16", "x"})
+    fails(std::string("mesh volume.tag --level=") + level, usage, "--level");
+  for (const char* error : {"nan", "inf", "x"})
+    fails(std::string("mesh volume.tag --coarsen=") + error, usage, "--coarsen");
+  fails("mesh volume.tag --coarsen=-1", usage, "--coarsen -1 must be at least 0");
+  fails("mesh volume.tag --coarsen=5 --level=6", usage, "--level");
+  fails("mesh volume.tag --coarsen=20 -M 1M", usage, "-M");
+  fails("mesh volume.tag -o x.stl", usage, "use tagrid surface --iso V");
+  fails("mesh volume.tag --region :,:,:5", usage, "needs -o FILE");
+  fails("mesh", usage, "INPUT is required");
+  fails("mesh missing.tag", world, "missing.tag");
+  fails("mesh volume.nrrd -o x.vtu", broken_input, "not a .tag file");
+  fails("mesh volume.tag -o no/x.vtu", world, "no/x.vtu");
+  fails("mesh volume.tag -o /dev/full", usage, ".vtu");
   file("volume.vtu", "precious");
-  expect_error(tagrid({"mesh", "volume.tag"}), usage, "volume.vtu: already exists");
+  fails("mesh volume.tag", usage, "volume.vtu: already exists");
   EXPECT_EQ(content("volume.vtu"), "precious");
   expect_ok(script("cp volume.tag same.vtu"));
-  expect_error(tagrid({"mesh", "same.vtu", "-f"}), usage, "is the input itself");
+  fails("mesh same.vtu -f", usage, "is the input itself");
   EXPECT_EQ(names(), (std::vector<std::string>{"same.vtu", "volume.nrrd", "volume.tag", "volume.vtu"}));
 }
 
@@ -134,34 +90,23 @@ TEST_F(MeshCommand, WrongRequestsAreRefused) {
 
 TEST_F(MeshCommand, ABoundOfTheMeshIsRecordedAndOneThatCannotBeKeptIsRefusedWithAdviceThatWorks) {
   phantom("volume.nrrd");
-  const auto encode = [&](const Arguments& options) {
-    return tagrid(with({"encode", "volume.nrrd", "-f", "--cube", "8", "--json", "run.json"}, options));
-  };
-  const auto info = [&] { return nlohmann::json::parse(tagrid({"info", "volume.tag", "--json"}).out); };
-  expect_ok(encode({"--max-error", "5"}));
-  EXPECT_TRUE(info()["mesh_error"].is_null() && info()["achieved"]["mesh_error"].is_null());
-  const Ending refused = encode({"--max-error", "10", "--mesh-error", "3"});
+  const std::string encode = "encode volume.nrrd -f --cube 8 --json run.json ";
+  works(encode + "--max-error 5");
+  EXPECT_TRUE(info("volume.tag")["mesh_error"].is_null());
+  EXPECT_TRUE(info("volume.tag")["achieved"]["mesh_error"].is_null());
+  const Ending refused = tagrid(words(encode + "--max-error 10 --mesh-error 3"));
   expect_error(refused, usage, "--mesh-error 3 cannot be kept with --max-error 10");
   EXPECT_TRUE(
       has(refused.err, "--mesh-error 10 or more, or --max-error 3 or less, or add --surface-error 3"));
-  for (const Arguments& options :
-       {words("--max-error 10 --mesh-error 10"), words("--max-error 3 --mesh-error 3"),
-        words("--max-error 10 --surface-error 3 --mesh-error 3"), words("--grid-only --mesh-error 30")}) {
-    expect_ok(encode(options));
-    const nlohmann::json file = info(), reached = file["achieved"]["mesh_error"];
-    EXPECT_EQ(file["mesh_error"], std::stoi(options.back()));
+  for (const std::string options : {"--max-error 10 --mesh-error 10", "--max-error 3 --mesh-error 3",
+                                    "--max-error 10 --surface-error 3 --mesh-error 3"}) {
+    works(encode + options);
+    const nlohmann::json file = info("volume.tag"), reached = file["achieved"]["mesh_error"];
+    EXPECT_EQ(file["mesh_error"], std::stoi(words(options).back()));
     EXPECT_LE(reached, file["mesh_error"]);
     EXPECT_GT(reached, 0);
     EXPECT_EQ(json_of("run.json")["achieved"]["mesh_error"], reached);
-    expect_ok(tagrid({"verify", "volume.tag", "-q", "--against", "volume.nrrd"}));
-  }
-  // Separate parts and strips need values of the bricks around them.
-  const Arguments small = {"--max-error", "6", "--mesh-error", "30", "--brick", "1"};
-  expect_ok(encode(with(small, {"-T1"})));
-  const std::string file = content("volume.tag");
-  for (const Arguments& more : {Arguments{"-T5"}, {"--resume", "-T3"}, {"-M", "14M", "-T1"}}) {
-    expect_ok(encode(with(small, more)));
-    EXPECT_TRUE(content("volume.tag") == file) << more[0];
+    works("verify volume.tag -q --against volume.nrrd");
   }
 }
 
@@ -169,38 +114,28 @@ TEST_F(MeshCommand, ABoundOfTheMeshIsRecordedAndOneThatCannotBeKeptIsRefusedWith
 
 class SurfaceCommand : public CommandLine {};
 
-TEST_F(SurfaceCommand, TakesItsNameFromTheInput) {
-  make_tag({"--grid-only"});
-  expect_ok(tagrid({"surface", "volume.tag", "--iso", "40"}));
-  EXPECT_GT(read_ply(content("volume.ply")).triangles.size(), 100U);
-}
-
 TEST_F(SurfaceCommand, SameBytesFromPipesAndForAnyThreadCount) {
   make_tag({"--cube", "8", "--brick", "2"});
-  for (const Arguments& options : {Arguments{}, {"--region", "3:20,:,5:"}, {"--close"}}) {
-    expect_ok(tagrid(with({"surface", "volume.tag", "--iso=40.5", "-T1", "-fo", "one.ply"}, options)));
+  for (const std::string options : {"--iso=40.5 --region 3:20,:,5:", "--iso=40.5 --close"}) {
+    works("surface volume.tag -T1 -fo one.ply " + options);
     const std::string surface = content("one.ply");
     EXPECT_GT(read_ply(surface).triangles.size(), 50U);
-    for (const char* threads : {"2", "7"})
-      EXPECT_TRUE(tagrid(with({"surface", "-", "--iso=40.5", "-o", "-", "-T", threads}, options),
-                         content("volume.tag"))
-                      .out == surface)
-          << threads;
+    EXPECT_TRUE(tagrid(words("surface - -o - -T7 " + options), content("volume.tag")).out == surface);
   }
 }
 
 TEST_F(SurfaceCommand, WritesEveryFormatUnderALimitOnMemory) {
   make_tag({"--cube", "8", "--brick", "2"});
   for (const char* name : {"x.ply", "x.stl", "x.obj", "x.vtp"})
-    expect_ok(tagrid({"surface", "volume.tag", "--iso", "40", "-o", name, "-M", "64M"}));
-  expect_error(tagrid({"surface", "volume.tag", "--iso", "40", "-o", "y.ply", "-M", "1M"}), usage, "-M");
+    works(std::string("surface volume.tag --iso 40 -M 64M -o ") + name);
+  fails("surface volume.tag --iso 40 -o y.ply -M 1M", usage, "-M");
   EXPECT_EQ(names(),
             (std::vector<std::string>{"volume.nrrd", "volume.tag", "x.obj", "x.ply", "x.stl", "x.vtp"}));
 }
 
 TEST_F(SurfaceCommand, ReportsItsFigures) {
   make_tag();
-  expect_ok(tagrid({"surface", "volume.tag", "--iso", "40", "--json", "x.json"}));
+  works("surface volume.tag --iso 40 --json x.json");
   auto json = json_of("x.json");
   const PlySurface surface = read_ply(content("volume.ply"));
   const SurfaceFindings found = check_surface(surface.vertices.size(), surface.triangles);
@@ -211,8 +146,7 @@ TEST_F(SurfaceCommand, ReportsItsFigures) {
   EXPECT_EQ(json["settings"]["triangles"], surface.triangles.size());
   EXPECT_EQ(json["settings"]["boundary_edges"], found.border_edges);
   EXPECT_GT(json["settings"]["area"], 0);
-  expect_ok(
-      tagrid({"surface", "volume.tag", "--iso", "40", "-fo", "a.ply", "--json=x.json", "--region=:,:,3:9"}));
+  works("surface volume.tag --iso 40 -fo a.ply --json=x.json --region=:,:,3:9");
   json = json_of("x.json");
   EXPECT_TRUE(json["settings"]["boundary_edges"].is_null());
 }
@@ -235,10 +169,8 @@ TEST_F(SurfaceCommand, FarFromTheOriginStlSaysWhatItsNumbersLoseAndTheAdviceHelp
   for (const auto& [name, origin] :
        {std::pair("near", "(0,0,0)"), {"far", "(2500000.3,2500000.3,2500000.3)"}}) {
     file(name + std::string(".nrrd"),
-         "NRRD0004\ntype: int16\ndimension: 3\nspace dimension: 3\nsizes: 52 40 36\nendian: "
-         "little\nspace "
-         "directions: "
-         "(0.5,0,0) (0,0.5,0) (0,0,0.5)\nspace origin: " +
+         "NRRD0004\ntype: int16\ndimension: 3\nspace dimension: 3\nsizes: 52 40 36\nendian: little\n"
+         "space directions: (0.5,0,0) (0,0.5,0) (0,0,0.5)\nspace origin: " +
              std::string(origin) + "\nencoding: raw\n\n" + samples);
     expect_ok(tagrid({"encode", name + std::string(".nrrd")}));
   }
@@ -281,31 +213,30 @@ TEST_F(SurfaceCommand, ThatTheGridTookNoNoticeOfAMaskIsSaidAndTheAdviceHelps) {
     for (std::size_t y = 10; y < 20; ++y)
       for (std::size_t x = 10; x < 20; ++x) samples[(z * 30 + y) * 30 + x] = 1;
   file("mask.nrrd", "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 30 30 30\nencoding: raw\n\n" + samples);
-  expect_ok(tagrid({"encode", "mask.nrrd"}));
+  works("encode mask.nrrd");
   const auto result = tagrid({"surface", "mask.tag", "--iso", "0.5"});
   EXPECT_EQ(result.code, 0);
   EXPECT_TRUE(has(result.err, "--range auto"));
-  expect_ok(tagrid({"encode", "mask.nrrd", "-f", "--range", "auto"}));
-  expect_ok(tagrid({"surface", "mask.tag", "--iso", "0.5", "-f", "--json", "x.json"}));
+  works("encode mask.nrrd -f --range auto");
+  works("surface mask.tag --iso 0.5 -f --json x.json");
   EXPECT_NEAR(json_of("x.json")["settings"]["area"].get<double>(), 600, 60);
 }
 
 TEST_F(SurfaceCommand, WrongRequestsAreRefused) {
   make_tag();
   for (const char* level : {"-1", "16", "x"})
-    expect_error(tagrid({"surface", "volume.tag", "--iso=1", "--level", level}), usage, "--level");
+    fails(std::string("surface volume.tag --iso=1 --level=") + level, usage, "--level");
   for (const char* iso : {"nan", "inf", "x", "1e999"})
-    expect_error(tagrid({"surface", "volume.tag", "--iso", iso}), usage, "--iso");
-  expect_error(tagrid({"surface", "volume.tag"}), usage, "--iso is required");
-  expect_error(tagrid({"surface", "volume.tag", "--iso=1", "-o", "x.vtu"}), usage, "use tagrid mesh");
-  expect_error(tagrid({"surface", "volume.tag", "--iso=1", "--region", ":,:,:5"}), usage, "needs -o FILE");
-  expect_error(tagrid({"surface", "volume.tag", "--iso=1", "-o", "x.ply", "--region", "0:999,:,:"}), usage,
-               "volume");
-  expect_error(tagrid({"surface", "missing.tag", "--iso=1"}), world, "missing.tag");
-  expect_error(tagrid({"surface", "volume.nrrd", "--iso=1", "-o", "x.ply"}), broken_input, "not a .tag file");
-  expect_error(tagrid({"surface", "volume.tag", "--iso=1", "-o", "no/x.ply"}), world, "no/x.ply");
+    fails(std::string("surface volume.tag --iso=") + iso, usage, "--iso");
+  fails("surface volume.tag", usage, "--iso is required");
+  fails("surface volume.tag --iso=1 -o x.vtu", usage, "use tagrid mesh");
+  fails("surface volume.tag --iso=1 --region :,:,:5", usage, "needs -o FILE");
+  fails("surface volume.tag --iso=1 -o x.ply --region 0:999,:,:", usage, "volume");
+  fails("surface missing.tag --iso=1", world, "missing.tag");
+  fails("surface volume.nrrd --iso=1 -o x.ply", broken_input, "not a .tag file");
+  fails("surface volume.tag --iso=1 -o no/x.ply", world, "no/x.ply");
   file("volume.ply", "precious");
-  expect_error(tagrid({"surface", "volume.tag", "--iso=1"}), usage, "volume.ply: already exists");
+  fails("surface volume.tag --iso=1", usage, "volume.ply: already exists");
   EXPECT_EQ(content("volume.ply"), "precious");
   EXPECT_EQ(names(), (std::vector<std::string>{"volume.nrrd", "volume.ply", "volume.tag"}));
 }

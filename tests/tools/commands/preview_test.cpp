@@ -91,7 +91,7 @@ TEST_F(PreviewCommand, WithoutAStoredGridThreeSlicesFillTheSheet) {
 
 TEST_F(PreviewCommand, WithoutAWindowItIsThatOfTheSamplesShown) {
   make_tag();
-  expect_ok(tagrid({"preview", "volume.tag", "--json", "a.json"}));
+  works("preview volume.tag --json a.json");
   const auto json = json_of("a.json");
   const Volume volume = decoded("volume.tag", {52, 40, 36});
   std::vector<double> values;
@@ -106,20 +106,20 @@ TEST_F(PreviewCommand, WithoutAWindowItIsThatOfTheSamplesShown) {
   expect_grey(png_of(content("volume.png")), volume, {26, 20, 18}, window);
 }
 
-TEST_F(PreviewCommand, BytesAreTheSameForAnyThreadsAndOnStandardOutput) {
+TEST_F(PreviewCommand, BytesAreTheSameForAnyThreadsAndOnStandardInputAndOutput) {
   make_tag({"--cube", "4"});
-  expect_ok(tagrid({"preview", "volume.tag", "-T", "1", "-o", "a.png"}));
-  expect_ok(tagrid({"preview", "volume.tag", "-T", "4", "-M", "64M", "-o", "b.png"}));
-  const Ending ending = tagrid({"preview", "volume.tag", "-o", "-"});
-  expect_ok(ending);
+  works("preview volume.tag -T 1 -o a.png");
+  works("preview volume.tag -T 4 -M 64M -o b.png");
   EXPECT_TRUE(content("a.png") == content("b.png"));
-  EXPECT_TRUE(content("a.png") == ending.out);
+  EXPECT_TRUE(content("a.png") == tagrid({"preview", "volume.tag", "-o", "-"}).out);
+  expect_ok(script("\"$TAGRID\" preview - -o c.png < volume.tag"));
+  EXPECT_EQ(png_of(content("c.png")).height, png_of(content("a.png")).height);
 }
 
 // A constant volume has the grid of its root cubes alone, so that its panel of levels has few colours.
 TEST_F(PreviewCommand, TheLegendHasTheColoursOfTheLevels) {
   make_nrrd("flat.nrrd", "type: int16\nsizes: 40 40 40\n", std::string(2 * 40 * 40 * 40, '\1'));
-  expect_ok(tagrid({"encode", "flat.nrrd"}));
+  works("encode flat.nrrd");
   const PngPicture picture = preview("flat.tag", {"--window", "1000:2000"});
   const PreviewContent content = panels({40, 40, 40}, {20, 20, 20});
   const SheetPlaces places = places_on_sheet(content);
@@ -142,7 +142,7 @@ TEST_F(PreviewCommand, AFrameShowsOfWhichPartOfALargeSliceTheLevelsAre) {
   constexpr Index3 dims{1700, 850, 3};
   std::string samples(static_cast<std::size_t>(Box::of_size(dims).count()), '\1');
   make_nrrd("large.nrrd", "type: uint8\nsizes: 1700 850 3\n", samples);
-  expect_ok(tagrid({"encode", "large.nrrd"}));
+  works("encode large.nrrd");
   const PngPicture picture = preview("large.tag", {"--window", "0:1000"});
   const SheetPlaces places = places_on_sheet(panels(dims, {850, 425, 1}));
   // The samples are nearly black. Slices are of means, so that 111 of 1700 samples have seven pixels each; in
@@ -161,7 +161,7 @@ TEST_F(PreviewCommand, WhatIsNotANumberHasAColourOfItsOwn) {
   samples[15 * 900 + 10 * 30 + 24] = std::numeric_limits<float>::infinity();
   make_nrrd("nan.nrrd", "type: float\nsizes: 30 30 30\n",
             {reinterpret_cast<const char*>(samples.data()), 4 * samples.size()});
-  expect_ok(tagrid({"encode", "nan.nrrd"}));
+  works("encode nan.nrrd");
   const PngPicture picture = preview("nan.tag");
   const SheetPlaces places = places_on_sheet(panels({30, 30, 30}, {15, 15, 15}));
   const auto colour_at = [&](int x) {
@@ -178,8 +178,8 @@ TEST_F(PreviewCommand, WindowsAreInTheUnitsOfTheSource) {
             "type: int16\nsizes: 20 20 20\nrescale_slope:=2\nrescale_intercept:=-1000\nrescale_units:=HU\n",
             samples);
   make_nrrd("raw.nrrd", "type: int16\nsizes: 20 20 20\n", samples);
-  expect_ok(tagrid({"encode", "ct.nrrd", "-q"}));
-  expect_ok(tagrid({"encode", "raw.nrrd", "-q"}));
+  works("encode ct.nrrd -q");
+  works("encode raw.nrrd -q");
   const Volume volume = decoded("ct.tag", {20, 20, 20});
   expect_grey(preview("ct.tag", {"--window", "-1000:-700"}), volume, {10, 10, 10}, {0, 150});
   expect_grey(preview("raw.tag", {"--window", "0:150"}), volume, {10, 10, 10}, {0, 150});
@@ -187,38 +187,36 @@ TEST_F(PreviewCommand, WindowsAreInTheUnitsOfTheSource) {
 
 TEST_F(PreviewCommand, EveryKindOfFileHasAPreview) {
   phantom("volume.nrrd");
-  for (const Arguments& options : std::vector<Arguments>{
-           {"--grid-only"}, {"--grid-only", "--max-error", "9"}, {"--grid", "derived"}, {"--cube", "256"}}) {
-    expect_ok(tagrid(with({"encode", "volume.nrrd", "-f"}, options)));
+  for (const std::string options : {"--grid-only", "--grid-only --max-error 9", "--cube 256"}) {
+    works("encode volume.nrrd -f " + options);
     EXPECT_EQ(preview("volume.tag").width, 1600);
   }
   for (const std::string dims : {"64,64,1", "1,90,70", "1,1,1", "900,3,2", "3,2,900"}) {
-    expect_ok(tagrid({"phantom", "--dims", dims, "-o", "thin.nrrd", "-q"}));
-    expect_ok(tagrid({"encode", "thin.nrrd", "-f"}));
+    works("phantom -o thin.nrrd -qf --dims " + dims);
+    works("encode thin.nrrd -f");
     const PngPicture picture = preview("thin.tag");
     EXPECT_EQ(picture.width, 1600);
     EXPECT_LT(picture.height, 2000);
-    std::filesystem::remove(path("thin.nrrd"));
   }
 }
 
 TEST_F(PreviewCommand, WhatMakesNoSenseIsRefused) {
   make_tag();
-  const auto refused = [&](const Arguments& more, std::string_view what) {
-    expect_error(tagrid(with({"preview", "volume.tag", "-o", "a.png"}, more)), usage, what);
-    EXPECT_FALSE(std::filesystem::exists(path("a.png")));
-  };
-  refused({"--slice", "z=36"}, "0 to 35");
-  refused({"--slice", "z=-1"}, "0 to 35");
   for (const char* slice : {"z", "z=", "w=3", "z=1.5", "=3", "zz=3", "20"})
-    refused({"--slice", slice}, "--slice");
+    fails(std::string("preview volume.tag --slice ") + slice, usage, "--slice");
   for (const char* window : {"1", "1:", "5:5", "6:5", "a:b", "0:nan"})
-    refused({"--window", window}, "--window");
-  refused({"-M", "1M"}, "-M");
-  expect_error(tagrid({"preview", "volume.tag", "-o", "a.jpg"}), usage, ".png");
+    fails(std::string("preview volume.tag --window ") + window, usage, "--window");
+  fails("preview volume.tag --slice z=36", usage, "0 to 35");
+  fails("preview volume.tag --slice z=-1", usage, "0 to 35");
+  fails("preview volume.tag -M 1M", usage, "-M");
+  fails("preview volume.tag -o a.jpg", usage, ".png");
   expect_error(tagrid({"preview", "-", "-o", "a.png"}, content("volume.tag")), usage, "save it to");
+  fails("preview volume.nrrd -o a.png", broken_input, "volume.nrrd");
+  fails("preview missing.tag", world, "missing.tag");
+  fails("preview . -o a.png", usage, "is a directory, not a .tag file");
+  EXPECT_EQ(names(), (std::vector<std::string>{"volume.nrrd", "volume.tag"}));
   file("a.png", "mine");
-  expect_error(tagrid({"preview", "volume.tag", "-o", "a.png"}), usage, "-f");
+  fails("preview volume.tag -o a.png", usage, "-f");
   EXPECT_EQ(content("a.png"), "mine");
   Process terminal({program_under_test(), "preview", "volume.tag", "-o", "-"}, folder_.string(),
                    Process::Output::terminal);
@@ -226,8 +224,8 @@ TEST_F(PreviewCommand, WhatMakesNoSenseIsRefused) {
 }
 
 TEST_F(PreviewCommand, TheSmallestMemoryThatAnErrorNamesIsKept) {
-  expect_ok(tagrid({"phantom", "--dims", "300,200,100", "-o", "volume.nrrd", "-q"}));
-  expect_ok(tagrid({"encode", "volume.nrrd"}));
+  works("phantom --dims 300,200,100 -o volume.nrrd -q");
+  works("encode volume.nrrd");
   const std::string message = tagrid({"preview", "volume.tag", "-M", "1M"}).err;
   const std::size_t at = message.find("-M ");
   ASSERT_NE(at, message.npos) << message;
@@ -236,20 +234,6 @@ TEST_F(PreviewCommand, TheSmallestMemoryThatAnErrorNamesIsKept) {
   expect_ok(ending);
   if (program_is_sanitized()) GTEST_SKIP() << "sanitizers take memory";
   EXPECT_LE(ending.peak_bytes, std::stoull(least) << 20) << least;
-}
-
-TEST_F(PreviewCommand, ARegularFileOnStandardInputIsRead) {
-  make_tag();
-  expect_ok(tagrid({"preview", "volume.tag", "-o", "a.png"}));
-  expect_ok(script("\"$TAGRID\" preview - -o b.png < volume.tag"));
-  EXPECT_EQ(png_of(content("b.png")).height, png_of(content("a.png")).height);
-}
-
-TEST_F(PreviewCommand, WhatIsNoTagFileIsNamed) {
-  file("no.tag", "no .tag file at all, but a text");
-  expect_error(tagrid({"preview", "no.tag"}), broken_input, "no.tag");
-  expect_error(tagrid({"preview", "missing.tag"}), world, "missing.tag");
-  expect_error(tagrid({"preview", ".", "-o", "a.png"}), usage, "is a directory, not a .tag file");
 }
 
 }  // namespace

@@ -20,55 +20,42 @@ class RegionOptions : public CommandLine {
             part += samples.substr(static_cast<std::size_t>(2 * ((z * 40 + y) * 52 + x)), 2);
     return part;
   }
-  std::string whole() const {
-    expect_ok(tagrid({"decode", "volume.tag", "-o", "whole.raw", "-qf"}));
-    return content("whole.raw");
-  }
 };
 
 TEST_F(RegionOptions, GiveTheSamplesOfTheWholeFromFilesAndPipes) {
   make_tag({"--max-error", "2", "--cube", "8"});
-  const std::string samples = whole(), file = content("volume.tag");
+  works("decode volume.tag -qo whole.raw");
+  const std::string samples = content("whole.raw"), file = content("volume.tag");
   struct Case {
-    Arguments options;
+    std::string options;
     Index3 low, high;
     std::int64_t step = 1;
   };
-  const Case cases[] = {{{"--region", "3:20,5:40,7:8"}, {3, 5, 7}, {20, 40, 8}},
-                        {{"--region=:,:,10:11"}, {0, 0, 10}, {52, 40, 11}},
-                        {{"--region", "51:,39:,35:"}, {51, 39, 35}, {52, 40, 36}},
-                        {{"--step", "4"}, {0, 0, 0}, {52, 40, 36}, 4},
-                        {{"--region", "5:50,:17,9:", "--step=2"}, {5, 0, 9}, {50, 17, 36}, 2}};
+  const Case cases[] = {{"--region=:,:,10:11", {0, 0, 10}, {52, 40, 11}},
+                        {"--step 4", {0, 0, 0}, {52, 40, 36}, 4},
+                        {"--region 5:50,:17,9: --step=2", {5, 0, 9}, {50, 17, 36}, 2}};
   for (const Case& c : cases) {
-    SCOPED_TRACE(c.options[0] + " " + c.options.back());
+    SCOPED_TRACE(c.options);
     const std::string expected = part_of(samples, c.low, c.high, c.step);
-    expect_ok(tagrid(with({"decode", "volume.tag", "-qfo", "part.raw"}, c.options)));
+    works("decode volume.tag -qfo part.raw " + c.options);
     EXPECT_EQ(content("part.raw"), expected);
-    expect_ok(tagrid(with({"decode", "volume.tag", "-qfo", "part.nrrd"}, c.options)));
+    works("decode volume.tag -qfo part.nrrd --json run.json " + c.options);
     EXPECT_EQ(samples_of(content("part.nrrd")), expected);
-    const Ending piped = tagrid(with({"decode", "-", "-q"}, c.options), file);
-    EXPECT_EQ(piped.code, 0) << piped.err;
-    EXPECT_EQ(piped.out, expected);
+    const auto dims = json_of("run.json")["dims"];
+    EXPECT_EQ(dims[0].get<std::size_t>() * dims[1].get<std::size_t>() * dims[2].get<std::size_t>() * 2,
+              expected.size());
+    EXPECT_EQ(tagrid(words("decode - -q " + c.options), file).out, expected);
   }
-}
-
-TEST_F(RegionOptions, TheWholeVolumeIsTheSameFile) {
-  make_tag();
-  expect_ok(tagrid({"decode", "volume.tag", "-qo", "whole.nrrd"}));
-  expect_ok(tagrid({"decode", "volume.tag", "-qo", "region.nrrd", "--region", "0:52,0:40,0:36"}));
-  EXPECT_EQ(content("whole.nrrd"), content("region.nrrd"));
 }
 
 TEST_F(RegionOptions, ARegionCanBeEncodedAgain) {
   make_tag();
-  expect_ok(tagrid({"decode", "volume.tag", "-qo", "part.nrrd", "--region", "10:30,:,5:25"}));
-  expect_ok(tagrid({"encode", "part.nrrd", "-q"}));
-  expect_ok(tagrid({"decode", "part.tag", "-qo", "again.nrrd"}));
-  EXPECT_EQ(content("part.nrrd"), content("again.nrrd"));
-  expect_ok(tagrid({"decode", "volume.tag", "-qo", "part.vdb", "--region", "10:30,:,5:25"}));
-  expect_ok(tagrid({"encode", "part.vdb", "-qo", "vdb.tag"}));
-  expect_ok(tagrid({"decode", "vdb.tag", "-qo", "vdb.nrrd"}));
-  EXPECT_EQ(samples_of(content("part.nrrd")), samples_of(content("vdb.nrrd")));
+  for (const char* name : {"part.nrrd", "part.vdb"}) {
+    works(std::string("decode volume.tag -qf --region 10:30,:,5:25 -o ") + name);
+    works(std::string("encode -qfo part.tag ") + name);
+    works("decode part.tag -qfo again.nrrd");
+    EXPECT_EQ(samples_of(content("part.nrrd")), samples_of(content("again.nrrd")));
+  }
 }
 
 // It would have the name of the whole volume, which may be there.
@@ -85,40 +72,29 @@ TEST_F(RegionOptions, APartNeedsANameOfItsOwn) {
 
 TEST_F(RegionOptions, WrongOnesAreRefused) {
   make_tag();
-  const auto refused = [&](const Arguments& options, std::string_view what) {
-    expect_error(tagrid(with({"decode", "volume.tag", "-o", "part.raw"}, options)), usage, what);
-    EXPECT_FALSE(std::filesystem::exists(path("part.raw")));
-  };
-  refused({"--region", "0:53,:,:"}, "0:53 along x");
-  refused({"--region", ":,40:,:"}, "along y");
-  refused({"--region", ":,:,7:7"}, "along z");
-  refused({"--region", "-1:5,:,:"}, "along x");
-  refused({"--region", "1:2,3:4"}, "x0:x1,y0:y1,z0:z1");
-  refused({"--region", "a:b,:,:"}, "x0:x1,y0:y1,z0:z1");
-  refused({"--region", "1,2,3"}, "x0:x1,y0:y1,z0:z1");
-  refused({"--step", "3"},
-          "a step of 3 is not possible: it must be a power of two from 1 to 32, the edge of ");
-  refused({"--step", "0"}, "a power of two from 1 to 32");
-  refused({"--region", "1:2,:,:", "--step", "2"}, "multiple of 2");
-  refused({"--region", "1:2,:,:", "--rm"}, "leave out --rm");
-  refused({"--rm"}, "do not record their size and type");
-  expect_error(tagrid({"decode", "volume.tag", "-o", "part.vdb", "--vdb-tolerance", "3", "--rm"}), usage,
-               "--vdb-tolerance changes samples");
-  EXPECT_TRUE(std::filesystem::exists(path("volume.tag")));
+  const std::pair<const char*, const char*> refused[] = {
+      {"--region 0:53,:,:", "0:53 along x"},
+      {"--region :,40:,:", "along y"},
+      {"--region :,:,7:7", "along z"},
+      {"--region -1:5,:,:", "along x"},
+      {"--region 1:2,3:4", "x0:x1,y0:y1,z0:z1"},
+      {"--region a:b,:,:", "x0:x1,y0:y1,z0:z1"},
+      {"--region 1,2,3", "x0:x1,y0:y1,z0:z1"},
+      {"--step 3", "a step of 3 is not possible: it must be a power of two from 1 to 32, the edge of "},
+      {"--step 0", "a power of two from 1 to 32"},
+      {"--region 1:2,:,: --step 2", "multiple of 2"},
+      {"--region 1:2,:,: --rm", "leave out --rm"},
+      {"--rm", "do not record their size and type"}};
+  for (const auto& [options, message] : refused)
+    fails(std::string("decode volume.tag -o part.raw ") + options, usage, message);
+  fails("decode volume.tag -o part.vdb --vdb-tolerance 3 --rm", usage, "--vdb-tolerance changes samples");
+  EXPECT_EQ(names(), (std::vector<std::string>{"volume.nrrd", "volume.tag"}));
   // The advice for a limit that is too small works.
-  const Ending refusal =
-      tagrid({"decode", "volume.tag", "-o", "part.raw", "--region", "1:30,:,:", "-M", "1M"});
+  const std::string part = "decode volume.tag -o part.raw -q --region 1:30,:,: -M ";
+  const Ending refusal = tagrid(words(part + "1M"));
   expect_error(refusal, usage, "give -M ");
   const std::string advice = refusal.err.substr(refusal.err.find("give -M ") + 8);
-  expect_ok(tagrid({"decode", "volume.tag", "-qo", "part.raw", "--region", "1:30,:,:", "-M",
-                    advice.substr(0, advice.find_first_not_of("0123456789M"))}));
-}
-
-TEST_F(RegionOptions, TheReportSaysTheSizeOfTheRegion) {
-  make_tag();
-  expect_ok(
-      tagrid({"decode", "volume.tag", "-qo", "part.raw", "--region", "1:30,2:4,:", "--json", "run.json"}));
-  EXPECT_EQ(json_of("run.json")["dims"], (nlohmann::json{29, 2, 36}));
+  works(part + advice.substr(0, advice.find_first_not_of("0123456789M")));
 }
 
 // Samples of a brick that are not needed must not be in memory for all bricks at once.
@@ -133,18 +109,15 @@ TEST_F(RegionOptions, KeepTheLimitOfMemoryWhereBricksAreLarge) {
   }
   file("noise.raw", noise);
   noise = {};  // what this process has counts for those that it starts
-  expect_ok(tagrid({"encode", "noise.raw", "--dims", "512,256,64", "--type", "int16", "--effort", "fast",
-                    "--range", "0:65535", "-q"}));
-  for (const Arguments& part : {Arguments{"--region", ":,:,0:1"}, Arguments{"--step", "32"}}) {
-    SCOPED_TRACE(part[0]);
-    const Ending ending =
-        tagrid(with({"decode", "noise.tag", "-qfo", "part.raw", "-M", "20M", "-T", "1"}, part));
-    expect_ok(ending);
-    EXPECT_LT(ending.peak_bytes, std::size_t{20} << 20);
-    const Ending piped =
-        script("cat noise.tag | $TAGRID decode - -qfo piped.raw -M 20M -T 1 " + part[0] + "=" + part[1]);
-    expect_ok(piped);
-    EXPECT_LT(piped.peak_bytes, std::size_t{20} << 20);
+  works("encode noise.raw --dims 512,256,64 --type int16 --effort fast --range 0:65535 -q");
+  for (const std::string part : {"--region=:,:,0:1", "--step=32"}) {
+    const std::string file = "$TAGRID decode noise.tag -qfo part.raw -M 20M -T 1 ",
+                      pipe = "cat noise.tag | $TAGRID decode - -qfo piped.raw -M 20M -T 1 ";
+    for (const std::string& command : {file, pipe}) {
+      const Ending ending = script(command + part);
+      expect_ok(ending);
+      EXPECT_LT(ending.peak_bytes, std::size_t{20} << 20) << command << part;
+    }
     EXPECT_EQ(content("part.raw"), content("piped.raw"));
   }
 }

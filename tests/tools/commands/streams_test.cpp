@@ -12,33 +12,28 @@ class Streams : public CommandLine {};
 TEST_F(Streams, EncodeOfAPipeWritesToThePipe) {
   phantom("volume.nrrd");
   phantom("volume.raw");
-  for (const Arguments& options : {Arguments{}, words("--grid derived --max-error 3 --cube 8 --brick 1")}) {
-    const Arguments encode = with({"encode", "-f"}, options);
-    expect_ok(tagrid(with(encode, {"volume.nrrd"})));
-    EXPECT_EQ(header_and_bricks(tagrid(with(encode, {"-"}), content("volume.nrrd")).out),
-              header_and_bricks(content("volume.tag")));
-    expect_ok(tagrid(with(with(encode, {"volume.raw", "-o", "raw.tag"}), raw_)));
-    EXPECT_EQ(header_and_bricks(tagrid(with(with(encode, {"-"}), raw_), content("volume.raw")).out),
+  const std::string raw = " --dims 52,40,36 --type int16";
+  for (const std::string options : {"", " --grid derived --max-error 3 --cube 8 --brick 1"}) {
+    const std::string encode = "encode -f" + options;
+    works(encode + " volume.nrrd");
+    const std::string piped = out(encode + " -", content("volume.nrrd"));
+    EXPECT_EQ(header_and_bricks(piped), header_and_bricks(content("volume.tag")));
+    EXPECT_EQ(out(encode + " -" + raw, content("volume.nrrd")), piped)
+        << "what starts as NRRD is read as that";
+    works(encode + " volume.raw -o raw.tag" + raw);
+    EXPECT_EQ(header_and_bricks(out(encode + " -" + raw, content("volume.raw"))),
               header_and_bricks(content("raw.tag")));
-    EXPECT_EQ(tagrid(with(encode, {"volume.nrrd", "-o", "-"})).out, content("volume.tag"));
+    EXPECT_EQ(out(encode + " volume.nrrd -o -"), content("volume.tag"));
   }
-}
-
-TEST_F(Streams, APipeThatStartsAsNrrdIsReadAsNrrd) {
-  phantom("volume.nrrd");
-  const Ending with_dims = tagrid(with({"encode", "-"}, raw_), content("volume.nrrd"));
-  expect_ok(with_dims);
-  EXPECT_EQ(with_dims.out, tagrid({"encode", "-"}, content("volume.nrrd")).out);
 }
 
 TEST_F(Streams, DecodeOfAPipeWritesSamplesAlone) {
   make_tag();
-  phantom("volume.raw");
-  EXPECT_EQ(tagrid({"decode", "-"}, content("volume.tag")).out, content("volume.raw"));
-  EXPECT_EQ(tagrid({"decode", "volume.tag", "-o", "-"}).out, content("volume.raw"));
-  const Ending nrrd = tagrid({"decode", "-", "--format", "nrrd"}, content("volume.tag"));
-  EXPECT_EQ(nrrd.out, content("volume.nrrd"));
-  expect_error(tagrid({"decode", "-", "--format", "nhdr"}, content("volume.tag")), usage, "nhdr");
+  const std::string tag = content("volume.tag"), nrrd = content("volume.nrrd");
+  EXPECT_EQ(out("decode -", tag), samples_of(nrrd));
+  EXPECT_EQ(out("decode volume.tag -o -"), samples_of(nrrd));
+  EXPECT_EQ(out("decode - --format nrrd", tag), nrrd);
+  expect_error(tagrid({"decode", "-", "--format", "nhdr"}, tag), usage, "nhdr");
 }
 
 TEST_F(Streams, NamedPipesAndDevicesAreWrittenStraight) {
@@ -47,7 +42,7 @@ TEST_F(Streams, NamedPipesAndDevicesAreWrittenStraight) {
   expect_ok(
       script("mkfifo pipe; cat pipe > copy & \"$TAGRID\" decode volume.tag -o pipe; wait; "
              "cmp copy volume.raw"));
-  expect_ok(tagrid({"encode", "volume.nrrd", "-o", "/dev/null"}));
+  works("encode volume.nrrd -o /dev/null");
 }
 
 // A name of a pipe is a pipe: mkfifo, or <(...) of a shell.
@@ -89,24 +84,23 @@ TEST_F(Streams, WhatNeedsAFileTwiceRefusesANamedPipe) {
         words("decode pipe --salvage -o x.raw"), words("decode pipe --rm -o x.raw")})
     expect_error(tagrid(command), usage, "");
   EXPECT_FALSE(std::filesystem::exists(path("x.tag")) || std::filesystem::exists(path("x.raw")));
-  expect_error(tagrid({"encode", "/dev/null", "-o", "x.tag"}), broken_input, "is empty");
-  expect_error(tagrid({"encode", "/dev/zero", "--dims", "9,9,9", "--type", "int16", "-o", "x.tag"}),
-               broken_input, "more are present");
+  fails("encode /dev/null -o x.tag", broken_input, "is empty");
+  fails("encode /dev/zero --dims 9,9,9 --type int16 -o x.tag", broken_input, "more are present");
   ASSERT_EQ(
       script("/usr/bin/python3 -c \"import socket; socket.socket(socket.AF_UNIX).bind('socket')\"").code, 0);
-  expect_error(tagrid({"encode", "socket", "-o", "x.tag"}), world, "it is a socket");
-  expect_error(tagrid({"decode", "socket", "-o", "x.raw"}), world, "it is a socket");
+  fails("encode socket -o x.tag", world, "it is a socket");
+  fails("decode socket -o x.raw", world, "it is a socket");
 }
 
 TEST_F(Streams, InfoOfAPipeIsThatOfTheFile) {
   make_tag();
   const std::string bytes = content("volume.tag");
-  EXPECT_EQ(tagrid({"info", "-", "--json"}, bytes).out, tagrid({"info", "volume.tag", "--json"}).out);
-  EXPECT_EQ(tagrid({"info", "-"}, bytes).out, tagrid({"info", "volume.tag"}).out);
-  expect_ok(tagrid({"verify", "-", "--against", "volume.nrrd"}, bytes));
+  EXPECT_EQ(out("info - --json", bytes), out("info volume.tag --json"));
+  EXPECT_EQ(out("info -", bytes), out("info volume.tag"));
+  out("verify - --against volume.nrrd", bytes);
 }
 
-TEST_F(Streams, AClosedPipeEndsQuietly) {
+TEST_F(Streams, AClosedPipeEndsQuietlyAndLeavesNoTemporaries) {
   make_tag();
   const Ending by_signal =
       script("\"$TAGRID\" phantom --dims 99,99,99 | head -c 9 > x; echo ${PIPESTATUS[0]}");
@@ -116,10 +110,7 @@ TEST_F(Streams, AClosedPipeEndsQuietly) {
       script("(trap '' PIPE; \"$TAGRID\" phantom --dims 99,99,99; echo $? > code) | head -c 9 > x; cat code");
   EXPECT_EQ(ignored.out, "74\n");
   EXPECT_EQ(ignored.err, "");
-}
-
-TEST_F(Streams, AClosedPipeLeavesNoTemporaries) {
-  script("\"$TAGRID\" phantom --dims 99,99,99 --json x.json | head -c 9 > x");
+  script("rm *; \"$TAGRID\" phantom --dims 99,99,99 --json x.json | head -c 9 > x");
   EXPECT_EQ(names(), std::vector<std::string>{"x"});
 }
 
@@ -167,11 +158,10 @@ class LargeVolume : public CommandLine {
 
 TEST_F(LargeVolume, ComesBack) {
   make_volume("a.raw");
-  expect_ok(tagrid({"encode", "a.raw", "--dims", "1300,1300,1271", "--type", "int16", "-M", "200M", "-T", "2",
-                    "-o", "a.tag"}));
+  works("encode a.raw --dims 1300,1300,1271 --type int16 -M 200M -T 2 -o a.tag");
   expect_ok(script("$TAGRID decode a.tag -M 300M -T 2 -o - | cmp - a.raw"));
   // Every point of the grid is checked, too.
-  expect_ok(tagrid({"verify", "a.tag", "-q", "-M", "200M", "-T", "2"}));
+  works("verify a.tag -q -M 200M -T 2");
 }
 
 }  // namespace

@@ -13,8 +13,8 @@ namespace {
 class RepairCommands : public CommandLine {
  protected:
   void SetUp() override {
-    expect_ok(tagrid({"phantom", "--dims", "90,80,70", "-q", "-o", "a.nhdr"}));
-    expect_ok(tagrid({"encode", "a.nhdr", "-q"}));
+    works("phantom --dims 90,80,70 -q -o a.nhdr");
+    works("encode a.nhdr -q");
     plain_ = content("a.tag");
   }
   void expect_repaired(const std::string& damaged, const std::string& whole) {
@@ -51,13 +51,13 @@ TEST_F(RepairCommands, BringBackAFileOfANewerVersion) {
     if (beside) file("a.tag.parity", parity);
     const Ending verified = tagrid({"verify", "a.tag"});
     EXPECT_EQ(verified.code, broken_input);
-    EXPECT_NE(verified.out.find("nothing else of it can be checked by this version"), std::string::npos);
-    EXPECT_NE(verified.err.find("of a newer version: update tagrid"), std::string::npos) << verified.err;
+    EXPECT_TRUE(has(verified.out, "nothing else of it can be checked by this version"));
+    EXPECT_TRUE(has(verified.err, "of a newer version: update tagrid"));
     for (const std::size_t begin : {std::size_t{20}, plain_.size() / 2, plain_.size() - 30}) {
       file("a.tag", damaged(whole, begin, 30));
       const Ending repaired = tagrid({"repair", "a.tag", "-f", "-o", "whole.tag"});
       EXPECT_EQ(repaired.code, 0) << repaired.err;
-      EXPECT_NE(repaired.err.find("newer version"), std::string::npos) << repaired.err;
+      EXPECT_TRUE(has(repaired.err, "newer version"));
       EXPECT_TRUE(content("whole.tag") == whole);
     }
   }
@@ -65,44 +65,43 @@ TEST_F(RepairCommands, BringBackAFileOfANewerVersion) {
 
 // Another file has taken the place of the one that was protected, and differs in a few bytes.
 TEST_F(RepairCommands, ParityOfAnotherFileIsRefused) {
-  expect_ok(tagrid({"encode", "a.nhdr", "-q", "-f", "-o", "a.tag", "--strip"}));
-  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "50%", "--beside"}));
+  works("encode a.nhdr -q -f -o a.tag --strip");
+  works("protect a.tag -q --parity 50% --beside");
   std::string samples = content("a.raw");
   samples.back() = static_cast<char>(samples.back() ^ 1);
   file("a.raw", samples);
-  expect_ok(tagrid({"encode", "a.nhdr", "-q", "-f", "-o", "a.tag", "--strip"}));
-  expect_error(tagrid({"repair", "a.tag", "-o", "whole.tag"}), broken_input,
-               "is not what a.tag.parity protects");
+  works("encode a.nhdr -q -f -o a.tag --strip");
+  fails("repair a.tag -o whole.tag", broken_input, "is not what a.tag.parity protects");
   EXPECT_FALSE(std::filesystem::exists(path("whole.tag")));
 }
 
 // Only the header and the checksums of all blocks differ, which parity could make good.
 TEST_F(RepairCommands, ParityOfTheFileBeforeItWasWrittenAnewIsRefused) {
-  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "20%", "--beside"}));
+  works("protect a.tag -q --parity 20% --beside");
   std::string header = content("a.nhdr");
   header.insert(header.find("encoding:"), "content: another\n");
   file("a.nhdr", header);
   const Ending ending = tagrid({"encode", "a.nhdr", "-f", "--strip"});
-  EXPECT_NE(ending.err.find("a.tag.parity: may be of an earlier file"), std::string::npos) << ending.err;
+  EXPECT_TRUE(has(ending.err, "a.tag.parity: may be of an earlier file"));
   file("a.tag", damaged(content("a.tag"), plain_.size() / 2, 4));
   EXPECT_EQ(tagrid({"repair", "a.tag", "-o", "whole.tag"}).code, broken_input);
   EXPECT_FALSE(std::filesystem::exists(path("whole.tag")));
 }
 
 TEST_F(RepairCommands, ParityInTheFileHelpsWhereThatBesideItDoesNot) {
-  expect_ok(tagrid({"encode", "a.nhdr", "-q", "-o", "b.tag", "--parity", "5%"}));
+  works("encode a.nhdr -q -o b.tag --parity 5%");
   const std::string whole = content("b.tag");
-  expect_ok(tagrid({"phantom", "--dims", "40,40,40", "-q", "-o", "other.nhdr"}));
-  expect_ok(tagrid({"encode", "other.nhdr", "-q"}));
-  expect_ok(tagrid({"protect", "other.tag", "-q", "--parity", "5%", "--beside"}));
+  works("phantom --dims 40,40,40 -q -o other.nhdr");
+  works("encode other.nhdr -q");
+  works("protect other.tag -q --parity 5% --beside");
   std::filesystem::rename(path("other.tag.parity"), path("b.tag.parity"));
   file("b.tag", damaged(whole.substr(0, whole.size() - 60), 2000, 1));
   expect_repaired("b.tag", whole);
 }
 
 TEST_F(RepairCommands, DamagedParityInTheFileIsRebuiltOrMissedThoughThatBesideItIsWhole) {
-  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "20%", "--beside"}));
-  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%"}));
+  works("protect a.tag -q --parity 20% --beside");
+  works("protect a.tag -q --parity 5%");
   const std::string whole = content("a.tag");
   for (const std::size_t begin : {std::size_t{2000}, plain_.size() + 500}) {
     file("a.tag", damaged(damaged(whole, begin, 1), whole.size() - 40, 30));
@@ -127,7 +126,7 @@ TEST_F(RepairCommands, DamagedParityInTheFileIsRebuiltOrMissedThoughThatBesideIt
 // Without the word that it is one, a user might replace the file.
 TEST_F(RepairCommands, AFileWhoseBeginningIsDamagedIsKnownByItsEndOrItsParity) {
   const std::string beginning = "c.tag: the beginning of this .tag file is damaged";
-  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%", "--beside"}));
+  works("protect a.tag -q --parity 5% --beside");
   std::filesystem::rename(path("a.tag.parity"), path("c.tag.parity"));
   for (const bool is_protected : {true, false}) {
     file("c.tag", damaged(plain_, 0, 20));
@@ -139,68 +138,60 @@ TEST_F(RepairCommands, AFileWhoseBeginningIsDamagedIsKnownByItsEndOrItsParity) {
     }
     // Only the parity shows what it was.
     file("c.tag", damaged(damaged(plain_, 0, 20), plain_.size() - 20, 20));
-    expect_error(tagrid({"info", "c.tag"}), broken_input,
-                 is_protected ? beginning : "not a .tag file, or its");
+    fails("info c.tag", broken_input, is_protected ? beginning : "not a .tag file, or its");
     std::filesystem::remove(path("c.tag.parity"));
   }
-  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%"}));
+  works("protect a.tag -q --parity 5%");
   file("c.tag", damaged(content("a.tag"), 0, 20));
-  expect_error(tagrid({"info", "c.tag"}), broken_input, beginning);
+  fails("info c.tag", broken_input, beginning);
   // Parity of the file that was there before does not make one of another format.
   file("a.tag.parity", "TAG PAR\n");
   file("a.tag", "NRRD0004\n");
-  expect_error(tagrid({"info", "a.tag"}), broken_input,
-               "not a .tag file, but an NRRD volume; encode it first");
+  fails("info a.tag", broken_input, "not a .tag file, but an NRRD volume; encode it first");
 }
 
 TEST_F(RepairCommands, EveryCommandThatReadsADamagedFileAdvisesToRepairIt) {
-  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%"}));
+  works("protect a.tag -q --parity 5%");
   file("c.tag", damaged(content("a.tag"), plain_.size() / 2, 30));
   const std::string advice = "; tagrid repair c.tag -o OUT rebuilds what is damaged";
   const auto before = names();
-  for (const Arguments& command :
-       {words("decode c.tag"), words("mesh c.tag"), words("mesh c.tag --coarsen 5"),
-        words("surface c.tag --iso 9"), words("restore c.tag -o files"), words("verify c.tag")})
-    expect_error(tagrid(command), broken_input, advice);
+  for (const char* command : {"decode c.tag", "mesh c.tag", "mesh c.tag --coarsen 5", "surface c.tag --iso 9",
+                              "restore c.tag -o files", "verify c.tag"})
+    fails(command, broken_input, advice);
   EXPECT_EQ(names(), before);
   const std::string message = tagrid({"decode", "c.tag"}).err;
   EXPECT_LT(message.find(advice), message.find("; --salvage decodes the intact bricks")) << message;
   file("c.tag", damaged(plain_, plain_.size() / 2, 30));
   EXPECT_FALSE(has(tagrid({"decode", "c.tag"}).err, "repair"));
-}
-
-TEST_F(RepairCommands, ParityBesideAFileThatCannotBeReadIsNotPassedOver) {
+  // Parity beside a file that cannot be read is not passed over.
+  file("b.tag", plain_);
   for (const std::string& other : {std::string(), std::string(30000, 'x')}) {
-    file("a.tag.parity", other);
-    expect_error(tagrid({"verify", "a.tag"}), broken_input, "nothing of a.tag.parity can be read");
+    file("b.tag.parity", other);
+    fails("verify b.tag", broken_input, "nothing of b.tag.parity can be read");
   }
 }
 
 TEST_F(RepairCommands, WhatIsNoRegularFileIsRefused) {
-  for (const std::string& command : {std::string("protect"), std::string("repair")}) {
-    const auto refused = [&](const std::string& name) {
-      return tagrid(command == "repair" ? Arguments{"repair", name, "-o", "whole.tag"}
-                                        : Arguments{"protect", name, "--parity", "5%"});
-    };
-    for (const std::string& name : {std::string("/dev/null"), std::string("-")})
-      expect_error(refused(name), usage,
-                   (name == "-" ? "standard input" : name) + ": the file to " + command +
-                       " must be a regular file; save it as one first");
-    expect_error(refused("."), usage, ".: is a directory, not a .tag file");
-    expect_error(refused("missing.tag"), world, "missing.tag: cannot open");
+  const std::string protect = "protect --parity 5% ", repair = "repair -o whole.tag ";
+  for (const auto& [command, name] : {std::pair(protect, "protect"), {repair, "repair"}}) {
+    const std::string why =
+        std::string(": the file to ") + name + " must be a regular file; save it as one first";
+    fails(command + "/dev/null", usage, "/dev/null" + why);
+    fails(command + "-", usage, "standard input" + why);
+    fails(command + ".", usage, ".: is a directory, not a .tag file");
+    fails(command + "missing.tag", world, "missing.tag: cannot open");
   }
-  expect_error(tagrid({"repair", "a.tag", "-o", "-"}), usage, "standard output: the output must be");
+  fails("repair a.tag -o -", usage, "standard output: the output must be");
 }
 
 TEST_F(RepairCommands, ALinkStandsForTheFileThatItNames) {
   std::filesystem::rename(path("a.tag"), path("real.tag"));
   std::filesystem::create_symlink("real.tag", path("a.tag"));
-  expect_ok(tagrid({"protect", "a.tag", "-q", "--parity", "5%", "--beside"}));
+  works("protect a.tag -q --parity 5% --beside");
   EXPECT_TRUE(std::filesystem::exists(path("real.tag.parity")));
   const Ending ending = tagrid({"protect", "a.tag", "--parity", "5%"});
   EXPECT_EQ(ending.code, 0);
-  EXPECT_NE(ending.err.find("real.tag.parity: is of the file without parity"), std::string::npos)
-      << ending.err;
+  EXPECT_TRUE(has(ending.err, "real.tag.parity: is of the file without parity"));
   EXPECT_TRUE(std::filesystem::is_symlink(path("a.tag")));
   EXPECT_GT(content("real.tag").size(), plain_.size());
 }

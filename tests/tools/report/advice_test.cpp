@@ -57,33 +57,27 @@ TEST(Advice, IsThereForEveryProblem) {
   }
 }
 
-TEST(Advice, NamesTheSmallestLimitOnMemory) {
+TEST(Advice, NamesTheSmallestLimitOnMemoryAndWhatLowersIt) {
   const MemoryLimit with_spool("encoding",
                                {.needed = (9 << 20) + 1, .allowed = 1 << 20, .with_spool = 5 << 20});
   EXPECT_STREQ(with_spool.what(), "encoding needs at least 10 MiB of memory, but the limit is 1 MiB");
-  EXPECT_EQ(
-      words_of(with_spool),
-      "encoding needs at least 10 MiB of memory, but the limit is 1 MiB; give -M 10M, or --spool DIR, a "
-      "directory for the samples, and -M 5M");
-  EXPECT_EQ(words_of(MemoryLimit("decoding", {.needed = 1, .allowed = 17})),
-            "decoding needs at least 1 MiB of memory, but the limit is 17 B; give -M 1M");
-}
-
-TEST(Advice, NamesSmallerBricksAndTheLimitThatTheyNeed) {
-  const auto advice = [](std::uint64_t needed) {
-    return words_of(MemoryLimit(
-        "encoding", {.needed = 9 << 20, .allowed = 4 << 20, .smaller_brick = SmallerBrick{2, needed}}));
+  const auto smaller = [](std::uint64_t needed) {
+    return MemoryNeeds{.needed = 9 << 20, .allowed = 4 << 20, .smaller_brick = SmallerBrick{2, needed}};
   };
-  const std::string refusal = "encoding needs at least 9 MiB of memory, but the limit is 4 MiB; give -M 9M";
-  EXPECT_EQ(advice(4 << 20), refusal + ", or smaller bricks: --brick 2");
-  EXPECT_EQ(advice(5 << 20), refusal + ", or smaller bricks: --brick 2 and -M 5M");
-  EXPECT_EQ(advice(9 << 20), refusal);
-}
-
-TEST(Advice, NamesNoFolderForSamplesWhereThatGainsNothing) {
-  EXPECT_EQ(words_of(MemoryLimit("encoding",
-                                 {.needed = (9 << 20) + 1, .allowed = 1 << 20, .with_spool = (9 << 20) + 1})),
-            "encoding needs at least 10 MiB of memory, but the limit is 1 MiB; give -M 10M");
+  const std::pair<MemoryNeeds, const char*> advice[] = {
+      {{.needed = (9 << 20) + 1, .allowed = 1 << 20, .with_spool = 5 << 20},
+       "10 MiB of memory, but the limit is 1 MiB; give -M 10M, or --spool DIR, a directory for the samples, "
+       "and -M 5M"},
+      // A directory for samples that gains nothing.
+      {{.needed = (9 << 20) + 1, .allowed = 1 << 20, .with_spool = (9 << 20) + 1},
+       "10 MiB of memory, but the limit is 1 MiB; give -M 10M"},
+      {{.needed = 1, .allowed = 17}, "1 MiB of memory, but the limit is 17 B; give -M 1M"},
+      {smaller(4 << 20), "9 MiB of memory, but the limit is 4 MiB; give -M 9M, or smaller bricks: --brick 2"},
+      {smaller(5 << 20),
+       "9 MiB of memory, but the limit is 4 MiB; give -M 9M, or smaller bricks: --brick 2 and -M 5M"},
+      {smaller(9 << 20), "9 MiB of memory, but the limit is 4 MiB; give -M 9M"}};
+  for (const auto& [needs, words] : advice)
+    EXPECT_EQ(words_of(MemoryLimit("encoding", needs)), std::string("encoding needs at least ") + words);
 }
 
 TEST(Advice, OnMemoryIsAboutOptionsThatTheCommandHas) {
@@ -101,24 +95,16 @@ TEST(Advice, OnMemoryIsAboutOptionsThatTheCommandHas) {
 }
 
 TEST(Advice, CallsSettingsByTheirOptions) {
-  EncodeOptions options{.max_error = -1};
-  EXPECT_EQ(refusal_of(options), "--max-error -1 must be a finite number of at least 0");
-  options.max_error = 1;
-  options.surface_error = 2;
-  EXPECT_EQ(refusal_of(options), "--surface-error must be below --max-error");
-  options = {};
-  options.max_level = 3;
-  options.mesh_error = 1;
-  EXPECT_EQ(refusal_of(options),
-            "a grid that is limited by --max-level cannot keep a bound; leave out --mesh-error");
-  options = {};
-  options.range = {2, 1};
-  EXPECT_EQ(refusal_of(options), "--range must be lo:hi with lo < hi");
-  options.field_scale = 1;
-  EXPECT_EQ(refusal_of(options), "--field-scale and --range have the same meaning; give only one");
-  options = {};
-  options.cube_size = 33;
-  EXPECT_EQ(refusal_of(options), "--cube must be a power of two from 4 to 256");
+  const std::pair<EncodeOptions, const char*> refused[] = {
+      {{.max_error = -1}, "--max-error -1 must be a finite number of at least 0"},
+      {{.max_error = 1, .surface_error = 2}, "--surface-error must be below --max-error"},
+      {{.mesh_error = 1, .max_level = 3},
+       "a grid that is limited by --max-level cannot keep a bound; leave out --mesh-error"},
+      {{.range = std::pair(2.0, 1.0)}, "--range must be lo:hi with lo < hi"},
+      {{.range = std::pair(2.0, 1.0), .field_scale = 1},
+       "--field-scale and --range have the same meaning; give only one"},
+      {{.cube_size = 33}, "--cube must be a power of two from 4 to 256"}};
+  for (const auto& [options, words] : refused) EXPECT_EQ(refusal_of(options), words);
 }
 
 TEST(Advice, KeepsTheRankThatFailed) {
@@ -272,7 +258,7 @@ TEST_F(PrintableOutput, JsonIsNotObeyedAndHasTheSameValues) {
     return json.find_first_of("\x7f\x9b\xE2\xD8") == json.npos &&
            has(json, "\\u009b31m\\u007f\\u202e\\u2066\\u061c\xC3\xA9");
   };
-  expect_ok(tagrid({"encode", "x.nrrd"}));
+  works("encode x.nrrd");
   const std::string info = tagrid({"info", "x.tag", "--json"}).out;
   EXPECT_TRUE(is_harmless(info)) << info;
   EXPECT_EQ(nlohmann::json::parse(info)["source"]["pairs"]["owner"], text);
@@ -280,7 +266,7 @@ TEST_F(PrintableOutput, JsonIsNotObeyedAndHasTheSameValues) {
   EXPECT_TRUE(is_harmless(content("x.json")));
   EXPECT_EQ(json_of("x.json")["input"], name);
   file("list", name + "\n");
-  expect_ok(tagrid({"convert", "--manifest", "list", "--output-dir", "out"}));
+  works("convert --manifest list --output-dir out");
   EXPECT_TRUE(is_harmless(content("out/results.jsonl")));
   EXPECT_TRUE(
       nlohmann::json::parse(content("out/results.jsonl"))["input"].get<std::string>().ends_with("/" + name));
@@ -292,11 +278,10 @@ TEST_F(PrintableOutput, HeadersAreNotObeyed) {
                                                     "encoding: raw\nspacings: 1 1 1\n";
   file("a.nrrd", head + "space: " + space + "\nunits: \"" + space + "\" \"b\" \"c\"\n\n12345678");
   expect_harmless(tagrid({"encode", "a.nrrd", "-v"}));
-  const Ending info = tagrid({"info", "a.tag"});
-  expect_harmless(info);
-  EXPECT_TRUE(has(info.out, "\\x1b[31m\\xff\\x9b"));
-  EXPECT_EQ(nlohmann::json::parse(tagrid({"info", "a.tag", "--json"}).out)["geometry"]["space"],
-            "\x1b[31m\xEF\xBF\xBD\xEF\xBF\xBD");
+  const Ending text = tagrid({"info", "a.tag"});
+  expect_harmless(text);
+  EXPECT_TRUE(has(text.out, "\\x1b[31m\\xff\\x9b"));
+  EXPECT_EQ(info("a.tag")["geometry"]["space"], "\x1b[31m\xEF\xBF\xBD\xEF\xBF\xBD");
   file("b.nrrd", head + "kinds: " + space + " domain domain\n\n12345678");
   expect_harmless(tagrid({"encode", "b.nrrd"}));
   file("c.nrrd", head + "data file: " + space + "\n\n");

@@ -14,12 +14,6 @@ using Json = nlohmann::json;
 
 class Reports : public CommandLine {
  protected:
-  Json info(const std::string& name) const {
-    const Ending ending = tagrid({"info", name, "--json"});
-    expect_ok(ending);
-    return Json::parse(ending.out);
-  }
-
   /// Points of levels 0 .. level of a x b x c root cubes of edge 2^K, counted by bisection: the corners of
   /// the cubes of a size, their centres, the centres of their faces, and again with half the size.
   static std::uint64_t points_up_to(int level, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
@@ -35,9 +29,9 @@ class Reports : public CommandLine {
   }
 };
 
-TEST_F(Reports, InfoHasEveryKey) {
+TEST_F(Reports, InfoHasEveryKeyAndTheOptions) {
   make_tag({"--max-error", "3"});
-  const Json json = info("volume.tag");
+  Json json = info("volume.tag");
   expect_keys(json, {"dims", "type", "cube", "accuracy", "field_scale", "range", "max_error", "effort",
                      "mode", "levels", "bytes", "achieved", "source"});
   EXPECT_EQ(json["dims"], Json({52, 40, 36}));
@@ -45,11 +39,23 @@ TEST_F(Reports, InfoHasEveryKey) {
   EXPECT_EQ(json["cube"], 32);
   EXPECT_EQ(json["accuracy"], 20);
   EXPECT_EQ(json["range"], Json({-1024, 3072}));
-  EXPECT_EQ(json["max_error"], 3);
   EXPECT_EQ(json["mode"], "voxels");
   expect_keys(json["achieved"], {"max_error", "rmse", "psnr"});
   EXPECT_EQ(json["achieved"]["max_error"], 3);
   EXPECT_GT(json["achieved"]["psnr"], 50);
+  works("encode volume.nrrd -f --cube=16 --accuracy=30 --range=-500:1500 --effort fast");
+  json = info("volume.tag");
+  EXPECT_EQ(json["cube"], 16);
+  EXPECT_EQ(json["accuracy"], 30);
+  EXPECT_EQ(json["range"], Json({-500, 1500}));
+  EXPECT_EQ(json["max_error"], 0);
+  EXPECT_EQ(json["achieved"]["rmse"], 0);
+  EXPECT_TRUE(json["achieved"]["psnr"].is_null());
+  EXPECT_EQ(json["effort"], "fast");
+  EXPECT_TRUE(has(out("info volume.tag"), "effort          fast"));
+  works("encode volume.nrrd -f --field-scale 0.25");
+  EXPECT_EQ(info("volume.tag")["field_scale"], 0.25);
+  EXPECT_TRUE(info("volume.tag")["range"].is_null());
 }
 
 TEST_F(Reports, ARatioIsThatOfTheSizesBesideIt) {
@@ -57,7 +63,7 @@ TEST_F(Reports, ARatioIsThatOfTheSizesBesideIt) {
        "NRRD0004\ntype: int16\ndimension: 3\nsizes: 52 40 36\nencoding: raw\nendian: little\n"
        "rescale_slope:=0.5\n\n" +
            std::string(std::size_t{2} * 52 * 40 * 36, '\3'));
-  expect_ok(tagrid({"encode", "volume.nrrd"}));
+  works("encode volume.nrrd");
   const auto said = [&](const Arguments& more) {
     const Ending ending = tagrid(with({"decode", "volume.tag", "-f", "-v"}, more));
     EXPECT_EQ(ending.code, 0);
@@ -83,7 +89,7 @@ TEST_F(Reports, InfoSaysWhatTheFileCameFrom) {
          "space: left-posterior-superior\nspace directions: (1,0,0) (0,2,0) (0,0,3)\ncontent: a bone: left\n"
          "patient:=nobody:=known\nkVp:=120\n\n"
       << samples;
-  expect_ok(tagrid({"encode", "a.nrrd"}));
+  works("encode a.nrrd");
   const Json source = info("a.tag")["source"];
   EXPECT_EQ(source["fields"], Json({{"space", "left-posterior-superior"},
                                     {"space directions", "(1,0,0) (0,2,0) (0,0,3)"},
@@ -92,58 +98,28 @@ TEST_F(Reports, InfoSaysWhatTheFileCameFrom) {
   EXPECT_EQ(source["comments"], Json({"# made by hand"}));
 
   std::ofstream(path("b.raw"), std::ios::binary) << samples;
-  expect_ok(tagrid({"encode", "b.raw", "--dims", "2,3,4", "--type", "uint8", "-o", "b.tag"}));
+  works("encode b.raw --dims 2,3,4 --type uint8 -o b.tag");
   EXPECT_EQ(info("b.tag")["source"],
             Json({{"fields", Json::object()}, {"pairs", Json::object()}, {"comments", Json::array()}}));
 }
 
-TEST_F(Reports, EveryEffortIsFoundInInfo) {
-  phantom("volume.nrrd");
-  for (const std::string effort : {"fast", "default", "best"}) {
-    expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--effort", effort}));
-    EXPECT_EQ(info("volume.tag")["effort"], effort);
-    EXPECT_TRUE(has(tagrid({"info", "volume.tag"}).out, "effort          " + effort));
-  }
-}
-
-TEST_F(Reports, EffortIsAcceptedWhereItChangesNothing) {
-  phantom("volume.nrrd");
-  const auto size = [this](const std::string& effort) {
-    expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--grid-only", "--effort", effort}));
-    return info("volume.tag")["bytes"]["values"].get<std::uint64_t>();
-  };
-  const std::uint64_t usual = size("default");
-  EXPECT_EQ(size("fast"), usual);
-  EXPECT_EQ(size("best"), usual);
-}
-
-TEST_F(Reports, OptionsAreFoundInInfo) {
-  make_tag({"--cube=16", "--accuracy=30", "--range=-500:1500", "--max-error=0"});
-  Json json = info("volume.tag");
-  EXPECT_EQ(json["cube"], 16);
-  EXPECT_EQ(json["accuracy"], 30);
-  EXPECT_EQ(json["range"], Json({-500, 1500}));
-  EXPECT_EQ(json["max_error"], 0);
-  EXPECT_EQ(json["achieved"]["rmse"], 0);
-  EXPECT_TRUE(json["achieved"]["psnr"].is_null());
-  expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--field-scale", "0.25"}));
-  EXPECT_EQ(info("volume.tag")["field_scale"], 0.25);
-  EXPECT_TRUE(info("volume.tag")["range"].is_null());
-}
-
 TEST_F(Reports, AGridHasNoBoundUnlessToldSo) {
-  make_tag({"--grid-only"});
+  make_tag({"--grid-only", "--effort", "best"});
+  const Json values = info("volume.tag")["bytes"]["values"];
+  works("encode volume.nrrd -f --grid-only");
+  EXPECT_EQ(info("volume.tag")["bytes"]["values"], values) << "effort is accepted, and changes nothing";
   EXPECT_EQ(info("volume.tag")["mode"], "grid");
   EXPECT_TRUE(info("volume.tag")["max_error"].is_null());
-  expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--grid-only", "--max-error", "0"}));
+  works("encode volume.nrrd -f --grid-only --max-error 0");
   EXPECT_EQ(info("volume.tag")["max_error"], 0);
   EXPECT_EQ(info("volume.tag")["achieved"]["max_error"], 0);
 }
 
 TEST_F(Reports, BytesSumToTheFile) {
-  phantom("volume.nrrd");
-  for (const Arguments& options : {Arguments{"--cube=8", "--max-error=3"}, Arguments{"--grid-only"}}) {
-    expect_ok(tagrid(with({"encode", "volume.nrrd", "-f"}, options)));
+  phantom("volume.nhdr");
+  for (const std::string options : {"--cube=8 --max-error=3", "--grid-only"}) {
+    works("encode volume.nhdr -f --json a.json " + options);
+    EXPECT_EQ(json_of("a.json")["bytes_in"], content("volume.nhdr").size() + content("volume.raw").size());
     const Json bytes = info("volume.tag")["bytes"];
     EXPECT_EQ(bytes["file"], content("volume.tag").size());
     std::uint64_t sum = 0;
@@ -178,39 +154,34 @@ TEST_F(Reports, ALimitedRunHasNoActivePointsAboveItsLevel) {
   EXPECT_LT(levels[6]["active"], levels[7]["active"]);
 }
 
-TEST_F(Reports, VerifyAcceptsWhatWasEncoded) {
+TEST_F(Reports, VerifyAcceptsWhatWasEncodedAndFindsASingleChangedVoxel) {
   make_tag({"--max-error", "3"});
-  const Ending ending = tagrid({"verify", "volume.tag", "--against", "volume.nrrd"});
-  expect_ok(ending);
-  EXPECT_TRUE(has(ending.out, "largest error against volume.nrrd: 3\n"));
   phantom("volume.raw");
-  expect_ok(tagrid(with({"verify", "volume.tag", "--against", "volume.raw"}, raw_)));
-}
-
-TEST_F(Reports, VerifyFindsASingleChangedVoxel) {
-  make_tag();
+  for (const char* original : {"volume.nrrd", "volume.raw --dims 52,40,36 --type int16"}) {
+    const std::string text = out(std::string("verify volume.tag --against ") + original);
+    EXPECT_TRUE(has(text, "largest error against " + words(original)[0] + ": 3\n"));
+  }
   std::string changed = content("volume.nrrd");
   const std::size_t voxel = (11 * 40 + 31) * 52 + 17;
-  changed[changed.size() - 2 * (52 * 40 * 36 - voxel)] ^= 1;
+  changed[changed.size() - 2 * (52 * 40 * 36 - voxel) + 1] ^= 1;
   file("changed.nrrd", changed);
-  expect_error(tagrid({"verify", "volume.tag", "--against", "changed.nrrd"}), broken_input, "(17, 31, 11)");
+  fails("verify volume.tag --against changed.nrrd", broken_input, "(17, 31, 11)");
 }
 
 TEST_F(Reports, VerifyRefusesAnOriginalOfAnotherSize) {
   make_tag();
   phantom("other.nrrd", {"--dims", "52,40,35"});
-  expect_error(tagrid({"verify", "volume.tag", "--against", "other.nrrd"}), broken_input,
-               "the original is 52 x 40 x 35 int16");
-  expect_error(tagrid({"verify", "volume.tag", "--against", "missing"}), world, "missing");
+  fails("verify volume.tag --against other.nrrd", broken_input, "the original is 52 x 40 x 35 int16");
+  fails("verify volume.tag --against missing", world, "missing");
   expect_error(tagrid(with({"verify", "volume.tag"}, raw_)), usage, "--against");
-  expect_error(tagrid({"verify", "-", "--against", "-"}), usage, "--against");
+  fails("verify - --against -", usage, "--against");
 }
 
 TEST_F(Reports, EveryCommandWritesStatistics) {
   phantom("volume.nrrd", {"--json", "phantom.json"});
-  expect_ok(tagrid({"encode", "volume.nrrd", "--max-error=3", "-T2", "--json", "encode.json"}));
-  expect_ok(tagrid({"verify", "volume.tag", "--json=verify.json", "--against", "volume.nrrd", "-q"}));
-  expect_ok(tagrid({"decode", "volume.tag", "-o", "again.nrrd", "--json", "decode.json"}));
+  works("encode volume.nrrd --max-error=3 -T2 --json encode.json");
+  works("verify volume.tag --json=verify.json --against volume.nrrd -q");
+  works("decode volume.tag -o again.nrrd --json decode.json");
   for (const std::string command : {"phantom", "encode", "verify", "decode"}) {
     SCOPED_TRACE(command);
     const Json json = json_of(command + ".json");
@@ -233,54 +204,43 @@ TEST_F(Reports, EveryCommandWritesStatistics) {
   EXPECT_TRUE(json_of("phantom.json")["input"].is_null());
 }
 
-TEST_F(Reports, StatisticsCountBothFilesOfADetachedHeaderAndPackedBytes) {
-  phantom("volume.nhdr");
-  expect_ok(tagrid({"encode", "volume.nhdr", "--json", "a.json"}));
-  EXPECT_EQ(json_of("a.json")["bytes_in"], content("volume.nhdr").size() + content("volume.raw").size());
+TEST_F(Reports, HowOftenSamplesAreReadCountsAllReadings) {
+  phantom("volume.nrrd");
+  const auto times = [&](const std::string& options, std::string_view input = {}) {
+    const std::string text = tagrid(words("encode -vfo x.tag " + options), input).err;
+    const std::size_t at = text.find("every sample read ");
+    return at == text.npos ? 0 : std::stod(text.substr(at + 18));
+  };
+  EXPECT_EQ(times("volume.nrrd"), 2);
+  EXPECT_EQ(times("volume.nrrd --strip"), 1);
+  EXPECT_EQ(times("volume.nrrd --max-error 3"), 1);
+  EXPECT_EQ(times("volume.nrrd --resume"), 2);
+  EXPECT_EQ(times("-", content("volume.nrrd")), 1);
+  // A search reads the volume for its range and for each try, here all of it.
+  EXPECT_GE(times("volume.nrrd --psnr 40"), 4);
+  EXPECT_GE(times("volume.nrrd --ratio 30"), 4);
+  EXPECT_EQ(times("volume.nrrd --relative-error 0.1"), 2);
+  EXPECT_EQ(times("volume.nrrd --max-error noise:1"), 2);
+}
+
+TEST_F(Reports, StatisticsGoToTheStandardOutputIfNothingElseDoes) {
+  // Names need not be text.
+  phantom("volume\xff.nrrd");
+  EXPECT_EQ(Json::parse(out("encode volume\xff.nrrd --json - -o volume.tag"))["output"], "volume.tag");
+  fails("encode volume\xff.nrrd -fo - --json -", usage, "--json");
+  EXPECT_TRUE(Json::accept(out("verify volume.tag --json -")));
   const Ending piped = tagrid({"encode", "-", "-o", "b.tag", "--json", "-"}, content("volume.tag"));
   expect_error(piped, broken_input, "standard input");
   EXPECT_EQ(piped.out, "");
 }
 
-// Files that are kept exactly are read once more for their checksums.
-TEST_F(Reports, HowOftenSamplesAreReadCountsAllReadings) {
-  phantom("volume.nrrd");
-  for (const auto& [options, times] : std::vector<std::pair<Arguments, std::string>>{
-           {{}, "2.00"}, {{"--strip"}, "1.00"}, {{"--max-error", "3"}, "1.00"}, {{"--resume"}, "2.00"}}) {
-    const Ending ending = tagrid(with({"encode", "volume.nrrd", "-vfo", "x.tag"}, options));
-    EXPECT_TRUE(has(ending.err, "every sample read " + times + " times"));
-  }
-  const Ending pipe = tagrid({"encode", "-", "-vfo", "x.tag"}, content("volume.nrrd"));
-  EXPECT_TRUE(has(pipe.err, "every sample read 1.00 times"));
-  // A search reads the volume for its range and for each try, here all of it.
-  const auto times = [&](const Arguments& rule) {
-    const std::string text = tagrid(with({"encode", "volume.nrrd", "-vfo", "x.tag"}, rule)).err;
-    const std::size_t at = text.find("every sample read ");
-    return at == text.npos ? 0 : std::stod(text.substr(at + 18));
-  };
-  EXPECT_GE(times({"--psnr", "40"}), 4);
-  EXPECT_GE(times({"--ratio", "30"}), 4);
-  EXPECT_EQ(times({"--relative-error", "0.1"}), 2);
-  EXPECT_EQ(times({"--max-error", "noise:1"}), 2);
-}
-
-TEST_F(Reports, StatisticsGoToTheStandardOutputIfNothingElseDoes) {
-  phantom("volume.nrrd");
-  const Ending ending = tagrid({"encode", "volume.nrrd", "--json", "-"});
-  expect_ok(ending);
-  EXPECT_EQ(Json::parse(ending.out)["output"], "volume.tag");
-  expect_error(tagrid({"encode", "volume.nrrd", "-fo", "-", "--json", "-"}), usage, "--json");
-  expect_ok(tagrid({"verify", "volume.tag", "--json", "-"}));
-  EXPECT_TRUE(Json::accept(tagrid({"verify", "volume.tag", "--json", "-"}).out));
-}
-
 TEST_F(Reports, StatisticsAppearWhenTheRunWasGood) {
   make_tag();
   file("kept.json", "{}");
-  expect_error(tagrid({"decode", "volume.tag", "-o", "x.nrrd", "--json", "kept.json"}), usage, "kept.json");
-  expect_error(tagrid({"decode", "volume.tag", "-o", "x.nrrd", "--json", "x.nrrd"}), usage, "is the output");
+  fails("decode volume.tag -o x.nrrd --json kept.json", usage, "kept.json");
+  fails("decode volume.tag -o x.nrrd --json x.nrrd", usage, "is the output");
   file("bad.tag", content("volume.tag").substr(0, 200));
-  expect_error(tagrid({"decode", "bad.tag", "-o", "x.nrrd", "--json", "x.json"}), broken_input, "bad.tag");
+  fails("decode bad.tag -o x.nrrd --json x.json", broken_input, "bad.tag");
   EXPECT_EQ(names(), (std::vector<std::string>{"bad.tag", "kept.json", "volume.nrrd", "volume.tag"}));
 }
 
@@ -288,7 +248,7 @@ TEST_F(Reports, InfoSaysWhereTheSamplesLie) {
   const std::string head = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 4 5\nencoding: raw\n";
   const auto encoded = [&](const std::string& fields) {
     file("a.nrrd", head + fields + "\n" + std::string(40, 'x'));
-    expect_ok(tagrid({"encode", "a.nrrd", "-f"}));
+    works("encode a.nrrd -f");
     return tagrid({"info", "a.tag"}).out;
   };
   const auto expect_line = [](const std::string& text, const std::string& name, const std::string& value) {
@@ -333,7 +293,7 @@ TEST_F(Reports, SamplesThatAreNotFiniteDoNotCountInErrors) {
   file("v.raw", bytes);
   const Arguments raw = {"--dims", "10,10,10", "--type", "float32"};
   expect_ok(tagrid(with({"encode", "v.raw", "-q", "--max-error", "3", "--json", "run.json"}, raw)));
-  expect_ok(tagrid({"decode", "v.tag", "-o", "back.raw"}));
+  works("decode v.tag -o back.raw");
   const std::string back = content("back.raw");
   double squares = 0, count = 0, low = INFINITY, high = -INFINITY;
   for (std::size_t i = 0; i < bytes.size(); i += 4) {
@@ -354,18 +314,12 @@ TEST_F(Reports, SamplesThatAreNotFiniteDoNotCountInErrors) {
     EXPECT_NEAR(achieved["psnr"].get<double>(), 20 * std::log10((high - low) / rmse), 1e-6);
   }
   expect_ok(tagrid(with({"verify", "v.tag", "-q", "--against", "v.raw"}, raw)));
-  expect_ok(tagrid({"verify", "v.tag", "-q"}));
+  works("verify v.tag -q");
   // Nor if they are not restored.
   expect_ok(tagrid(with({"encode", "v.raw", "-qf", "--grid-only"}, raw)));
   EXPECT_LT(info("v.tag")["achieved"]["rmse"].get<double>(), 100);
   expect_ok(tagrid(with({"verify", "v.tag", "-q", "--against", "v.raw"}, raw)));
-  expect_ok(tagrid({"verify", "v.tag", "-q"}));
-}
-
-TEST_F(Reports, FileNamesNeedNotBeText) {
-  phantom("volume\xff.nrrd");
-  expect_ok(tagrid({"encode", "volume\xff.nrrd", "-o", "x.tag", "--json", "x.json"}));
-  EXPECT_EQ(json_of("x.json")["output"], "x.tag");
+  works("verify v.tag -q");
 }
 
 }  // namespace

@@ -244,13 +244,6 @@ TEST_F(WriteVolumeTest, EveryTypeAndFormatReadsBackWithAllThatWasSaid) {
   }
 }
 
-TEST_F(WriteVolumeTest, RawIsTheSamplesAlone) {
-  const VolumeInfo info = info_of(SampleType::uint8);
-  write_volume(path("a.raw"), info);
-  const auto samples = samples_of(info);
-  EXPECT_EQ(content("a.raw"), std::string(reinterpret_cast<const char*>(samples.data()), samples.size()));
-}
-
 TEST_F(WriteVolumeTest, AVolumeThatMovesKeepsItsSamples) {
   write_volume(path("a.nhdr"), info_of(SampleType::int16));
   EXPECT_EQ(names(), (Names{"a.nhdr", "a.raw"}));

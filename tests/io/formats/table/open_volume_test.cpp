@@ -57,7 +57,12 @@ std::vector<std::int16_t> read_all(const std::string& path,
   return read_rest(*reader);
 }
 
-using OpenVolumeTest = TemporaryFolder;
+class OpenVolumeTest : public TemporaryFolder {
+ protected:
+  void expect_broken(const std::string& content) const {
+    message_of<BrokenInput>([&] { read_all(file("a.nrrd", content)); });
+  }
+};
 
 TEST_F(OpenVolumeTest, EveryWayToStoreAVolumeGivesTheSameSamples) {
   const std::string big = "NRRD0001\ntype: short\nendian: big\n" + header_end;
@@ -173,48 +178,30 @@ TEST_F(OpenVolumeTest, APipeThatEndsTooSoonOrTooLateIsBroken) {
   message_of<BrokenInput>([] { open_volume(FilledPipe("").path()); });
 }
 
-TEST_F(OpenVolumeTest, EveryTruncationOfGzipIsBroken) {
+TEST_F(OpenVolumeTest, TruncatedDamagedOrOverlongGzipIsBroken) {
   const std::string header = little + "encoding: gzip\n\n", stream = gzipped(bytes_of(false));
-  for (std::size_t size = 0; size < stream.size(); ++size)
-    message_of<BrokenInput>([&] { read_all(file("a.nrrd", header + stream.substr(0, size))); });
+  for (std::size_t size = 0; size < stream.size(); ++size) expect_broken(header + stream.substr(0, size));
   EXPECT_EQ(read_all(file("a.nrrd", header + stream)), samples());
-}
-
-TEST_F(OpenVolumeTest, DamagedOrOverlongGzipIsBroken) {
-  const std::string header = little + "encoding: gzip\n\n", stream = gzipped(bytes_of(false));
   std::string damaged = stream;
   damaged[stream.size() - 6] ^= 1;  // the check value
-  message_of<BrokenInput>([&] { read_all(file("a.nrrd", header + damaged)); });
-  message_of<BrokenInput>([&] { read_all(file("a.nrrd", header + stream + "garbage")); });
-  message_of<BrokenInput>([&] { read_all(file("a.nrrd", header + stream + std::string("\x1f\x8b", 2))); });
+  for (const std::string& wrong :
+       {damaged, stream + "garbage", stream + std::string("\x1f\x8b", 2), gzipped(bytes_of(false).substr(1))})
+    expect_broken(header + wrong);
   message_of<BrokenInput>([&] { read_all(FilledPipe(header + gzipped(bytes_of(false) + "x")).path()); });
-  message_of<BrokenInput>([&] { read_all(file("a.nrrd", header + gzipped(bytes_of(false).substr(1)))); });
 }
 
-TEST_F(OpenVolumeTest, SizesThatTheFileCannotHoldAreRefusedAtOnce) {
-  const std::string start = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2000000 2000000 1000\n";
-  message_of<BrokenInput>([&] { open_volume(file("a.nrrd", start + "encoding: raw\n\nxyz")); });
-  message_of<BrokenInput>(
-      [&] { open_volume(file("a.nrrd", start + "encoding: gzip\n\n" + gzipped("xyz"))); });
-  message_of<BrokenInput>([&] {
-    open_volume(
-        file("a.nrrd", little + "encoding: raw\nbyte skip: 9223372036854775807\n\n" + bytes_of(false)));
-  });
-  message_of<BrokenInput>([&] {
-    open_volume(
-        file("a.nrrd", little + "encoding: raw\nline skip: 9223372036854775807\n\n" + bytes_of(false)));
-  });
-  message_of<BrokenInput>([&] {
-    open_volume(file(
-        "a.nrrd", little + "encoding: gzip\nbyte skip: 9223372036854775807\n\n" + gzipped(bytes_of(false))));
-  });
-}
-
-TEST_F(OpenVolumeTest, AHeaderWithoutEndIsRefused) {
-  message_of<BrokenInput>([&] { open_volume(file("a.nrrd", "NRRD0004\n#" + std::string(3 << 20, 'x'))); });
+TEST_F(OpenVolumeTest, SizesThatTheFileCannotHoldAndHeadersWithoutEndAreRefusedAtOnce) {
+  const std::string start = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2000000 2000000 1000\n",
+                    most = " skip: 9223372036854775807\n\n";
   std::string lines = "NRRD0004\n";
   while (lines.size() < 3 << 20) lines += "#\n";
-  message_of<BrokenInput>([&] { open_volume(file("a.nrrd", lines)); });
+  for (const std::string& content :
+       {start + "encoding: raw\n\nxyz", start + "encoding: gzip\n\n" + gzipped("xyz"),
+        little + "encoding: raw\nbyte" + most + bytes_of(false),
+        little + "encoding: raw\nline" + most + bytes_of(false),
+        little + "encoding: gzip\nbyte" + most + gzipped(bytes_of(false)),
+        "NRRD0004\n#" + std::string(3 << 20, 'x'), lines})
+    message_of<BrokenInput>([&] { open_volume(file("a.nrrd", content)); });
 }
 
 TEST_F(OpenVolumeTest, MissingFilesAndFoldersAreErrorsOfTheWorld) {

@@ -242,19 +242,10 @@ TEST(Labels, OfEveryTypeComeBackInFewBytes) {
   check(blobs<std::int16_t>(size, 4, 20));
   check(blobs<std::uint32_t>(size, 5, 40));
   check(blobs<std::int32_t>(size, 6, 40));
-  check(
-      mapped<double>(
-          mapped<int>(mapped<int>(std::vector<int>(1, 0), [](int v) { return v; }), [](int v) { return v; }),
-          [](int v) {
-            return v;
-          }).empty()
-          ? std::vector<float>()
-          : [&] {
-              std::vector<float> floats;
-              for (const std::uint32_t v : blobs<std::uint32_t>(size, 7, 10))
-                floats.push_back(static_cast<float>(v) * 1e-3f);
-              return floats;
-            }());
+  std::vector<float> floats;
+  for (const std::uint32_t v : blobs<std::uint32_t>(size, 7, 10))
+    floats.push_back(static_cast<float>(v) * 1e-3f);
+  check(floats);
 }
 
 TEST(Labels, TakeNoMoreThanAnEventForEachVoxel) {
@@ -325,12 +316,14 @@ void any_table_comes_back() {
   if (take_table<T>(rest, 65536, back).ok())
     for (std::size_t i = 1; i < back.size(); ++i) RC_ASSERT(key_of(back[i - 1]) < key_of(back[i]));
 }
-RC_GTEST_PROP(Table, OfUint8ComesBack, ()) { any_table_comes_back<std::uint8_t>(); }
-RC_GTEST_PROP(Table, OfInt16ComesBack, ()) { any_table_comes_back<std::int16_t>(); }
-RC_GTEST_PROP(Table, OfUint32ComesBack, ()) { any_table_comes_back<std::uint32_t>(); }
-RC_GTEST_PROP(Table, OfInt32ComesBack, ()) { any_table_comes_back<std::int32_t>(); }
-RC_GTEST_PROP(Table, OfFloat32ComesBack, ()) { any_table_comes_back<float>(); }
-RC_GTEST_PROP(Table, OfFloat64ComesBack, ()) { any_table_comes_back<double>(); }
+RC_GTEST_PROP(Table, OfAnyTypeComesBack, ()) {
+  any_table_comes_back<std::uint8_t>();
+  any_table_comes_back<std::int16_t>();
+  any_table_comes_back<std::uint32_t>();
+  any_table_comes_back<std::int32_t>();
+  any_table_comes_back<float>();
+  any_table_comes_back<double>();
+}
 
 // Smooth values, noise and dense ones are written as before.
 TEST(FewValues, WhatIsNotFewIsAsItIs) {

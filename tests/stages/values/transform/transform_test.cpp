@@ -186,10 +186,12 @@ void comes_back() {
   RC_ASSERT(decode_voxels<T>(bytes, brick, first, carried).ok());
   RC_ASSERT(std::equal(first.begin(), first.end(), back.begin()));
 }
-RC_GTEST_PROP(Transform, BricksComeBack_uint8, ()) { comes_back<std::uint8_t>(); }
-RC_GTEST_PROP(Transform, BricksComeBack_int8, ()) { comes_back<std::int8_t>(); }
-RC_GTEST_PROP(Transform, BricksComeBack_uint16, ()) { comes_back<std::uint16_t>(); }
-RC_GTEST_PROP(Transform, BricksComeBack_int16, ()) { comes_back<std::int16_t>(); }
+RC_GTEST_PROP(Transform, BricksComeBack, ()) {
+  comes_back<std::uint8_t>();
+  comes_back<std::int8_t>();
+  comes_back<std::uint16_t>();
+  comes_back<std::int16_t>();
+}
 
 // Soft tissue, bone and air, with noise.
 std::vector<std::int16_t> body(Index3 size) {
@@ -229,10 +231,12 @@ void wide_comes_back() {
               within(static_cast<double>(back[i]), static_cast<double>(samples[i]), brick.bounds.max_error));
   }
 }
-RC_GTEST_PROP(Transform, BricksComeBack_int32, ()) { wide_comes_back<std::int32_t>(); }
-RC_GTEST_PROP(Transform, BricksComeBack_uint32, ()) { wide_comes_back<std::uint32_t>(); }
-RC_GTEST_PROP(Transform, BricksComeBack_float32, ()) { wide_comes_back<float>(); }
-RC_GTEST_PROP(Transform, BricksComeBack_float64, ()) { wide_comes_back<double>(); }
+RC_GTEST_PROP(Transform, WideBricksComeBack, ()) {
+  wide_comes_back<std::int32_t>();
+  wide_comes_back<std::uint32_t>();
+  wide_comes_back<float>();
+  wide_comes_back<double>();
+}
 
 // The numbers of floats are finer than the step, so that rounding them loses nothing to speak of.
 TEST(Transform, FloatsTakeTheBytesOfTheIntegersThatTheyWere) {

@@ -63,18 +63,16 @@ TYPED_TEST(WideVoxelCodec, ActiveVoxelsKeepTheTighterBoundAndAllAreAsTheEncoderS
     const auto bytes = this->encode(original, bounds);
     ASSERT_TRUE(this->decode(bytes, bounds).ok());
     std::size_t i = 0;
-    for (std::int64_t z = 0; z < size.z; ++z)
-      for (std::int64_t y = 0; y < size.y; ++y)
-        for (std::int64_t x = 0; x < size.x; ++x, ++i) {
-          ASSERT_TRUE(identical(this->decoded_[i], this->reconstruction_[i]));
-          if (identical(original[i], this->decoded_[i])) continue;
-          const bool active = bounds.surface_error >= 0 && this->activity_.test({x, y, z});
-          const double bound = active ? bounds.surface_error : bounds.max_error;
-          EXPECT_GT(bound, 0);
-          EXPECT_TRUE(std::isfinite(static_cast<double>(original[i])));
-          EXPECT_TRUE(
-              within(static_cast<double>(original[i]), static_cast<double>(this->decoded_[i]), bound));
-        }
+    for (const Index3 p : points_of(size)) {
+      const TypeParam before = original[i], after = this->decoded_[i];
+      ASSERT_TRUE(identical(after, this->reconstruction_[i++]));
+      if (identical(before, after)) continue;
+      const bool active = bounds.surface_error >= 0 && this->activity_.test(p);
+      const double bound = active ? bounds.surface_error : bounds.max_error;
+      EXPECT_GT(bound, 0);
+      EXPECT_TRUE(std::isfinite(static_cast<double>(before)));
+      EXPECT_TRUE(within(static_cast<double>(before), static_cast<double>(after), bound));
+    }
     for (std::int64_t slices = 1; slices < size.z; ++slices) {
       ASSERT_TRUE(this->decode(bytes, bounds, slices).ok());
       EXPECT_TRUE(std::ranges::equal(this->decoded_,
