@@ -2,7 +2,7 @@
 // `version` that changes with what it paints.
 //
 // A material has a `name`, a `color`, and `isVisible`; and the values from `low` up to `high`, or its `label`.
-import { largestLabel, palette } from "./materials.js";
+import { largestLabel, nameWithout, palette } from "./materials.js";
 
 /** The color of the material with a number, as CSS writes it, and as a pixel: RGBA in one number. */
 function colorOf(number) {
@@ -100,7 +100,7 @@ export class LabelColors {
     this.#isKnown[label] = 1;
     // Without names, all labels but 0 are materials.
     if (this.#hasNames || label === 0) return;
-    this.#add(label, `label_${label}`);
+    this.#add(label, nameWithout(label));
     this.onNew();
   }
 

@@ -1,10 +1,10 @@
 // Materials by values, and labels of materials: the texts of `tagrid mesh --materials` and `--labels`, with its errors.
 
 /**
- * Colors that people with color blindness tell apart: Okabe and Ito, "Color Universal Design" (2002), without black, in
- * their order; also Wong, "Points of view: Color blindness", Nature Methods 8 (2011), 441.
+ * Colors that people with color blindness tell apart: Okabe and Ito, "Color Universal Design" (2002), without black; also
+ * Wong, "Points of view: Color blindness", Nature Methods 8 (2011), 441. In an order in which neighbors differ much.
  */
-export const palette = ["#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7"];
+export const palette = ["#0072b2", "#e69f00", "#56b4e9", "#d55e00", "#009e73", "#f0e442", "#cc79a7"];
 
 /** Labels of materials are from 0 to this. */
 export const largestLabel = 65535;
@@ -136,8 +136,11 @@ function addLine(names, line, file) {
 function addName(names, label, name) {
   if (names.has(label)) throw new Error(`label ${label} has two names`);
   if (label < 0 || label > largestLabel) throw new Error(`${label} is not from 0 to ${largestLabel}`);
-  names.set(label, name.trim() || `label_${label}`);
+  names.set(label, name.trim() || nameWithout(label));
 }
+
+/** The name of a label that has none. */
+export const nameWithout = (label) => `label_${label}`;
 
 /** Fails with an Error if the samples of a volume cannot be labels. */
 export function requireLabels({ type, range, bounds }, file) {

@@ -1,6 +1,6 @@
 // The panel of materials and labels: what samples are colored by, how, and a legend.
 import { LabelColors, ValueColors } from "./colors.js";
-import { materialsOf, namesInFile, namesOf, requireLabels, requireSameSize } from "./materials.js";
+import { materialsOf, namesInFile, namesOf, nameWithout, requireLabels, requireSameSize } from "./materials.js";
 import { numberText } from "./numbers.js";
 
 const element = (id) => document.getElementById(id);
@@ -52,6 +52,7 @@ export class MaterialsPanel {
 
   /** Shows the colors, or hides them. */
   toggle() {
+    if (!this.#state.colors) return;
     this.#state.showsColors = !this.#state.showsColors;
     element("show-colors").setAttribute("aria-pressed", String(this.#state.showsColors));
     this.#onChange();
@@ -186,8 +187,7 @@ export class MaterialsPanel {
     swatch.className = "swatch";
     swatch.style.background = material.color;
     label.append(material.name);
-    row.appendChild(document.createElement("span")).textContent =
-      material.label === undefined ? rangeText(material) : `label ${material.label}`;
+    row.appendChild(document.createElement("span")).textContent = meaningOf(material);
     box.addEventListener("change", () => {
       if (box.checked) this.#hidden.delete(material.name);
       else this.#hidden.add(material.name);
@@ -199,8 +199,9 @@ export class MaterialsPanel {
   }
 }
 
-/** The values of a material: from the lower end up to, but not including, the higher one. */
-function rangeText({ low, high }) {
+/** The label of a material, or its values: from the lower end up to, but not including, the higher one. */
+function meaningOf({ name, label, low, high }) {
+  if (label !== undefined) return name === nameWithout(label) ? "" : `label ${label}`;
   if (low === -Infinity) return `below ${numberText(high)}`;
   return high === Infinity ? `from ${numberText(low)}` : `${numberText(low)} to ${numberText(high)}`;
 }
@@ -211,4 +212,12 @@ async function textAt(url) {
   return answer.text();
 }
 
-const nameOf = (address) => address.split(/[?#]/)[0].split("/").at(-1);
+/** The name of the file at an address. Names that are no UTF-8 stay encoded. */
+function nameOf(address) {
+  const name = address.split(/[?#]/)[0].split("/").at(-1);
+  try {
+    return decodeURIComponent(name);
+  } catch {
+    return name;
+  }
+}
