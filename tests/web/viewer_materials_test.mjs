@@ -43,8 +43,13 @@ const samplesOf = (file, Samples) => {
   return new Samples(bytes.buffer, bytes.byteOffset, bytes.length / Samples.BYTES_PER_ELEMENT);
 };
 const at = (samples, [x, y, z]) => samples[(z * dims[1] + y) * dims[0] + x];
-const places = [];
-for (let i = 3; i < 50; i += 4) places.push([i + 9, i + 1, i]);
+// In air, in soft values and in bone.
+const places = [
+  [56, 44, 46],
+  [24, 16, 15],
+  [34, 26, 25],
+  [46, 38, 37],
+];
 
 const text = "air=:-200,soft=-200:300,bone=300:";
 
@@ -162,7 +167,7 @@ const labelOf = (...p) => {
 };
 /** Labels in bricks of another size. */
 const segmentation = (...options) =>
-  write("labels", dims, Uint8Array, labelOf, space, "--overviews", "none", "--brick", "16", ...options);
+  write("labels", dims, Uint8Array, labelOf, space, "--overviews", "none", "--brick", "1", ...options);
 
 test("each value of the volume is a label", async () => {
   const page = await open(`${segmentation()}&labels=all`);
@@ -289,39 +294,40 @@ test("over overviews, labels are still those of single samples, or not shown", a
   write("wide_labels", large, Uint8Array, name, [], "--overviews", "4,16");
   const page = await open("made/wide.tag&label-volume=/made/wide_labels.tag");
   await page.until("tagridViewer.state.labels?.volume");
-  await page.evaluate("tagridViewer.actions.window(0, 3000)");
   await page.until(isDone);
-  const edge = await page.evaluate("tagridViewer.state.labels.volume.brickEdge");
-  const isFar = Math.ceil(large[0] / edge) * Math.ceil(large[1] / edge) * edge ** 3 > 64e6;
-  assert.ok(isFar, `bricks of ${edge}`);
-  assert.deepEqual(
-    await page.evaluate("tagridViewer.sliceViews.map(({ shown, labelState }) => [shown > 0, labelState])"),
-    [[true, "far"], [true, "shown"], [true, "shown"]],
-  );
-  assert.match(await textOf(page, "status"), /Zoom in to see the labels/);
-  await picture(page, "labels-far");
-  // Closer, but over an overview still.
-  await page.evaluate(`tagridViewer.actions.one("axial"); tagridViewer.actions.zoom(tagridViewer.sliceViews[0], 1.2)`);
-  await page.until(`${isDone} && tagridViewer.sliceViews[0].labelState === "shown"`);
+  const states = () => page.evaluate("tagridViewer.sliceViews.map(({ shown, labelState }) => [shown > 0, labelState])");
+  // As if the volume were larger: the slice across z has 13 million samples.
+  const most = (samples) =>
+    page.evaluate(`for (const view of tagridViewer.sliceViews) view.mostLabelSamples = ${samples};
+      tagridViewer.actions.window(0, 3000)`);
+  await most(13e6);
+  await page.until(`/Zoom in to see the labels/.test(document.getElementById("status").textContent)`);
+  assert.deepEqual(await states(), [[true, "far"], [true, "shown"], [true, "shown"]]);
+  await most(14e6);
+  await page.evaluate("tagridViewer.actions.step(2, 1)");
+  await page.until(`tagridViewer.sliceViews[0].waits === 0 && ${isDone}`);
+  assert.deepEqual(await states(), [[true, "shown"], [true, "shown"], [true, "shown"]]);
+  await frame(page);
+  await picture(page, "labels-over-overview");
   const position = await page.evaluate("tagridViewer.state.position");
-  let colored = 0;
-  if ((await page.evaluate("tagridViewer.sliceViews[0].shown")) > 0) {
-    for (const dx of [-30, -29, -27, -25, 31, 33]) {
-      const place = [position[0] + dx, position[1] + 40, position[2]];
-      await page.move(...(await pointOf(page, 0, place)));
-      const shown = await readout(page);
-      assert.equal(shown.label, String(name(...place)));
-      assert.match(shown[""], /mean in overview/);
-      ++colored;
-    }
-    // No mix of the colors: a sample of each pixel.
-    await set(page, "opacity", 100);
-    const found = await page.evaluate(`(() => { const view = tagridViewer.sliceViews[0]; view.draw();
-      const { data } = view.canvas.getContext("2d").getImageData(300, 300, 60, 60);
-      return [...new Set(Array.from({ length: 3600 }, (_, i) => data.slice(4 * i, 4 * i + 3).join(" ")))]; })()`);
-    assert.deepEqual(found.sort(), [palette[0], palette[1]].map((color) => rgbOf(color).join(" ")).sort());
+  const labels = new Set();
+  for (const dx of [-300, -296, -201, 202, 299, 303]) {
+    const place = [position[0] + dx, position[1] + 200, position[2]];
+    await page.move(...(await pointOf(page, 0, place)));
+    const shown = await readout(page);
+    // Of the sample that lies there, which is one of several in a pixel.
+    const [x, y] = shown.sample.split(", ").map(Number);
+    assert.equal(shown.label, String(name(x, y)));
+    assert.match(shown[""], /mean in overview/);
+    labels.add(shown.label);
   }
-  assert.ok(colored > 0);
+  assert.equal(labels.size, 2);
+  // No mix of the colors: a sample of each pixel.
+  await set(page, "opacity", 100);
+  const found = await page.evaluate(`(() => { const view = tagridViewer.sliceViews[0]; view.draw();
+    const { data } = view.canvas.getContext("2d").getImageData(260, 220, 60, 60);
+    return [...new Set(Array.from({ length: 3600 }, (_, i) => data.slice(4 * i, 4 * i + 3).join(" ")))]; })()`);
+  assert.deepEqual(found.sort(), [palette[0], palette[1]].map((color) => rgbOf(color).join(" ")).sort());
   assert.deepEqual(page.errors, []);
   await page.close();
   // Values of overviews are means, and have the materials of these.
@@ -330,14 +336,14 @@ test("over overviews, labels are still those of single samples, or not shown", a
   const { shown, x, y } = await values.evaluate(`(() => { const view = tagridViewer.sliceViews[0];
     const [x, y] = tagridViewer.state.position; return { shown: view.shown, x, y }; })()`);
   assert.ok(shown > 0);
-  for (const [dx, name] of [[-200, "low"], [200, "high"]]) {
+  for (const [dx, name] of [[-300, "low"], [300, "high"]]) {
     const place = [x + dx, y - 60, 3];
     await values.move(...(await pointOf(values, 0, place)));
     const row = await readout(values);
     assert.equal(row.material, name);
     assert.match(row[""], /mean in overview/);
     const [r, , b] = await pixelOf(values, 0, place);
-    assert.ok(name === "low" ? r > b + 20 : b > r + 20, `${name}: ${r} ${b}`);
+    assert.ok(name === "low" ? b > r + 20 : r > b + 20, `${name}: ${r} ${b}`);
   }
   await values.close();
 });

@@ -26,17 +26,17 @@ const wholeNumberIn = (text) => (/^[+-]?\d+$/.test(text) ? Number(text) + 0 : un
 /** The materials of a text `NAME=LOW:HIGH,...`, in its order: { name, low, high }. Fails with an Error. */
 export function materialsOf(text) {
   const materials = text.split(",").map(rangeIn);
-  for (const { name, low, high } of materials) {
-    if (!/^[A-Za-z][A-Za-z0-9_]*$/.test(name) || name.length > longestName)
+  for (const { setName, low, high } of materials) {
+    if (!/^[A-Za-z]/.test(setName))
       throw new Error(
-        `'${name}' is not a name of at most ${longestName} letters, digits and underscores that begins with a letter`,
+        `'${setName}' is not a name of at most ${longestName} letters, digits and underscores that begins with a letter`,
       );
-    if (!(low < high)) throw new Error(`${name} has no values from ${low} to ${high}`);
+    if (!(low < high)) throw new Error(`${setName} has no values from ${shown(low)} to ${shown(high)}`);
   }
   const sorted = inOrder(materials);
-  for (const [i, { name, low }] of sorted.entries())
+  for (const [i, { setName, low }] of sorted.entries())
     if (i > 0 && low < sorted[i - 1].high)
-      throw new Error(`${name} begins at ${low}, but another one ends at ${sorted[i - 1].high}`);
+      throw new Error(`${setName} begins at ${shown(low)}, but another one ends at ${shown(sorted[i - 1].high)}`);
   const { ends } = classesOf(materials);
   if (ends.length === 0)
     throw new Error("all values are of one material; give the value at which another one begins");
@@ -46,13 +46,13 @@ export function materialsOf(text) {
       throw new Error(`${ends[i - 1]} and ${ends[i]} are too close for the precision of float32`);
   if (ends.length + 1 > mostMaterials)
     throw new Error(`there are ${ends.length + 1}, but at most ${mostMaterials - 1} are possible`);
-  const names = materials.map(({ name }) => name.toLowerCase());
+  const names = materials.map(({ setName }) => setName.toLowerCase());
   const twice = materials.find((_, i) => names.indexOf(names[i]) < i);
-  if (twice) throw new Error(`two are called '${twice.name}', if case is ignored`);
-  return materials;
+  if (twice) throw new Error(`two are called '${twice.setName}', if case is ignored`);
+  return materials.map(({ name, low, high }) => ({ name, low, high }));
 }
 
-/** A material `NAME=LOW:HIGH`, where LOW or HIGH may be missing. */
+/** A material `NAME=LOW:HIGH`, where LOW or HIGH may be missing; with the name that it would have in a mesh. */
 function rangeIn(text) {
   const [, name, low, high] = /^([^=]+)=([^:]*):(.*)$/s.exec(text) ?? [];
   if (name === undefined)
@@ -63,7 +63,15 @@ function rangeIn(text) {
     if (number === undefined) throw new Error(`${text}: '${part}' is not a number`);
     return number;
   };
-  return { name, low: end(low, -Infinity), high: end(high, Infinity) };
+  return { name: name.trim(), setName: setNameOf(name), low: end(low, -Infinity), high: end(high, Infinity) };
+}
+
+const shown = (number) => String(number).replace("Infinity", "inf");
+
+/** The name of a set of elements: other characters than letters and digits become underscores. */
+function setNameOf(name) {
+  const kept = name.replaceAll(/[^A-Za-z0-9]+/g, "_").replaceAll(/^_|_$/g, "");
+  return kept === "" ? name : (/^\d/.test(kept) ? `m_${kept}` : kept).slice(0, longestName);
 }
 
 const inOrder = (materials) => [...materials].sort((a, b) => a.low - b.low);

@@ -17,9 +17,6 @@ const mostSamples = 4096;
 const rest = 120;
 // Bricks whose grid is drawn at most, each of which takes some hundredths of a second.
 const mostGridBricks = 150;
-// Samples of the bricks whose labels are shown at most. Only labels of the volume itself are labels: those of an overview
-// are means.
-const mostLabelSamples = 64e6;
 
 export class SliceView {
   #state;
@@ -28,6 +25,9 @@ export class SliceView {
   #image; // of the tile that was painted last
   #grid;
   #gridPicture = { canvas: document.createElement("canvas") };
+  // Of the bricks whose labels are shown, at most. Only labels of the volume itself are labels: those of an overview are
+  // means.
+  mostLabelSamples = 64e6;
 
   /** `state` is what the views share; see viewer.js. */
   constructor(canvas, name, state, onChange, onError) {
@@ -240,9 +240,7 @@ export class SliceView {
     const { labels, showsColors } = this.#state;
     if (!this.isShown || !showsColors || !labels) return undefined;
     const region = this.region(0, 20 + order, labels);
-    if (!region) return undefined;
-    const [columns, rows] = [region.columns, region.rows].map(([begin, end]) => end - begin);
-    return columns * rows * labels.volume.brickEdge ** 3 <= mostLabelSamples ? region : undefined;
+    return region && labels.tiles.samplesOf(region) <= this.mostLabelSamples ? region : undefined;
   }
 
   /** The labels that it wants to be read, after the samples. */
