@@ -37,12 +37,15 @@ export class MaterialsPanel {
       if (target.value === "values") element("materials").focus();
     });
     element("materials").addEventListener("change", ({ target }) => this.setMaterials(target.value));
-    element("label-file").addEventListener("change", ({ target: { files } }) => {
-      if (files[0]) this.openLabels(() => files[0], files[0].name);
-    });
-    element("names-file").addEventListener("change", ({ target: { files } }) => {
-      if (files[0]) this.setNames(async () => namesInFile(await files[0].text(), files[0].name));
-    });
+    const onFile = (id, work) =>
+      element(id).addEventListener("change", ({ target }) => {
+        const [file] = target.files;
+        // The same file may be chosen again when it has changed.
+        target.value = "";
+        if (file) work(file);
+      });
+    onFile("label-file", (file) => this.openLabels(() => file, file.name));
+    onFile("names-file", (file) => this.setNames(async () => namesInFile(await file.text(), file.name)));
     element("opacity").addEventListener("input", ({ target }) => {
       state.opacity = target.valueAsNumber / 100;
       onChange();
