@@ -62,18 +62,15 @@ struct ViewCommand {
                                  std::string(media_type(name))};
     }
     site.items[root] = site.items.at(root + "index.html");
-    site.entrance = root + "?";
-    const auto add_file = [&](const char* key, const std::string& place,
-                              std::shared_ptr<const ByteSource> bytes) {
+    const auto add_file = [&](const std::string& key, const std::string& place, auto bytes) {
       site.items[root + place] = {std::move(bytes), "application/octet-stream"};
       site.entrance += key + percent_encoded(place);
     };
-    add_file("src=", "file/" + percent_encoded(name_of_input(input)), file);
+    add_file(root + "?src=", "file/" + percent_encoded(name_of_input(input)), file);
     if (!colors.label_volume.empty())
       add_file("&label-volume=", "labels/" + percent_encoded(name_of_input(colors.label_volume)),
                open_source(colors.label_volume));
     if (!colors.materials.empty()) site.entrance += "&materials=" + percent_encoded(colors.materials);
-    // A text, or a file of names.
     if (colors.labels == "all" || colors.labels.find('=') != std::string::npos)
       site.entrance += "&labels=" + percent_encoded(colors.labels);
     else if (!colors.labels.empty())
@@ -102,8 +99,7 @@ Action add_view_command(CLI::App& app) {
                   "Color the materials with these values, as mesh makes them");
   add_text_option(*command, "--labels", state->colors.labels, "NAMES",
                   "The samples are labels to be colored: LABEL=NAME,..., a file of names, or all");
-  add_text_option(*command, "--label-volume", state->colors.label_volume, "FILE",
-                  "A .tag file with the labels of the volume");
+  add_text_option(*command, "--label-volume", state->colors.label_volume, "FILE", "A .tag file of labels");
   command->add_flag("--no-browser", state->no_browser, "Only print the address");
   command->add_flag("-q,--quiet", state->quiet, "Print only the address and errors");
   return [state](Ranks&) { with_repair_advice(state->input, [&] { state->execute(); }); };
