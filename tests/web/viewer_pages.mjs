@@ -1,8 +1,9 @@
 // Pages of the viewer in headless Chromium, and what they show.
+import { writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before } from "node:test";
 import { startChromium } from "./chromium.mjs";
-import { folder, golden } from "./files.mjs";
+import { folder, golden, tagrid } from "./files.mjs";
 import { serve } from "./server.mjs";
 
 /** The folder of the page. */
@@ -18,6 +19,35 @@ after(async () => {
   await browser.close();
   server.close();
 });
+
+const typeNames = {
+  Uint8Array: "uint8",
+  Uint16Array: "uint16",
+  Int16Array: "int16",
+  Int32Array: "int32",
+  Uint32Array: "uint32",
+  Float32Array: "float",
+  Float64Array: "double",
+};
+/** A .tag file in made/ of samples that are a function of x, y, z, with these lines of a header. */
+export function write(name, dims, Samples, sampleOf, lines = [], ...options) {
+  const samples = new Samples(dims[0] * dims[1] * dims[2]);
+  for (let z = 0, i = 0; z < dims[2]; ++z)
+    for (let y = 0; y < dims[1]; ++y) for (let x = 0; x < dims[0]; ++x, ++i) samples[i] = sampleOf(x, y, z);
+  const head = [
+    "NRRD0004",
+    `type: ${typeNames[Samples.name]}`,
+    "dimension: 3",
+    `sizes: ${dims.join(" ")}`,
+    "encoding: raw",
+    "endian: little",
+    ...lines,
+  ];
+  const source = join(folder, `${name}.nrrd`);
+  writeFileSync(source, Buffer.concat([Buffer.from(`${head.join("\n")}\n\n`), Buffer.from(samples.buffer)]));
+  tagrid("encode", source, "-q", "-f", "-o", join(folder, `${name}.tag`), ...options);
+  return `made/${name}.tag`;
+}
 
 /** A page with a file of made/ or golden/, once it shows all that it will. */
 export async function open(file, width = 1280, height = 860, mobile = false) {

@@ -3,36 +3,9 @@ import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
-import { folder, tagrid } from "./files.mjs";
+import { folder } from "./files.mjs";
 import { edgesOf, meshOf } from "./mesh.mjs";
-import { litPart, open, picture, pixelOf, pointOf, readout } from "./viewer_pages.mjs";
-
-const typeNames = {
-  Int16Array: "int16",
-  Int32Array: "int32",
-  Uint32Array: "uint32",
-  Float32Array: "float",
-  Float64Array: "double",
-};
-/** A .tag file in made/ of samples that are a function of x, y, z, with these lines of a header. */
-function write(name, dims, Samples, sampleOf, lines = [], ...options) {
-  const samples = new Samples(dims[0] * dims[1] * dims[2]);
-  for (let z = 0, i = 0; z < dims[2]; ++z)
-    for (let y = 0; y < dims[1]; ++y) for (let x = 0; x < dims[0]; ++x, ++i) samples[i] = sampleOf(x, y, z);
-  const head = [
-    "NRRD0004",
-    `type: ${typeNames[Samples.name]}`,
-    "dimension: 3",
-    `sizes: ${dims.join(" ")}`,
-    "encoding: raw",
-    "endian: little",
-    ...lines,
-  ];
-  const source = join(folder, `${name}.nrrd`);
-  writeFileSync(source, Buffer.concat([Buffer.from(`${head.join("\n")}\n\n`), Buffer.from(samples.buffer)]));
-  tagrid("encode", source, "-q", "-f", "-o", join(folder, `${name}.tag`), ...options);
-  return `made/${name}.tag`;
-}
+import { litPart, open, picture, pixelOf, pointOf, readout, write } from "./viewer_pages.mjs";
 
 const state = (page, what) => page.evaluate(`tagridViewer.state.${what}`);
 const isDone = "tagridViewer.sliceViews.every((view) => !view.isShown || view.isSettled)";

@@ -13,6 +13,7 @@
 #include "io/text/addresses.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/local_site.h"
+#include "tools/options/material_options.h"
 #include "tools/options/shared_options.h"
 #include "tools/report/damage.h"
 #include "tools/report/process.h"
@@ -40,6 +41,7 @@ struct ViewCommand {
   std::string input;
   int port = 0;
   bool no_browser = false, quiet = false;
+  MaterialTexts colors;
 
   void execute() const {
     require_tag_input(input);
@@ -47,6 +49,8 @@ struct ViewCommand {
     const std::shared_ptr<const ByteSource> file = open_source(input);
     // A file that cannot be shown is an error here, not in the page.
     static_cast<void>(TagBricks(file));
+    if (colors.are_given()) static_cast<void>(material_options(colors));
+    if (!colors.label_volume.empty()) static_cast<void>(MaterialMeshInputs(input, 0, colors.label_volume));
 
     const std::string token = random_token(), root = "/" + token + "/";
     WebSite site;
@@ -58,9 +62,19 @@ struct ViewCommand {
                                  std::string(media_type(name))};
     }
     site.items[root] = site.items.at(root + "index.html");
-    const std::string path = "file/" + percent_encoded(name_of_input(input));
-    site.items[root + path] = {file, "application/octet-stream"};
-    site.entrance = root + "?src=" + percent_encoded(path);
+    const auto add_file = [&](const std::string& key, const std::string& place, auto bytes) {
+      site.items[root + place] = {std::move(bytes), "application/octet-stream"};
+      site.entrance += key + percent_encoded(place);
+    };
+    add_file(root + "?src=", "file/" + percent_encoded(name_of_input(input)), file);
+    if (!colors.label_volume.empty())
+      add_file("&label-volume=", "labels/" + percent_encoded(name_of_input(colors.label_volume)),
+               open_source(colors.label_volume));
+    if (!colors.materials.empty()) site.entrance += "&materials=" + percent_encoded(colors.materials);
+    if (colors.labels == "all" || colors.labels.find('=') != std::string::npos)
+      site.entrance += "&labels=" + percent_encoded(colors.labels);
+    else if (!colors.labels.empty())
+      add_file("&labels=", "names", std::make_shared<FileSource>(colors.labels));
     site.ticket = "/" + random_token();
 
     LocalSite local(port);
@@ -81,6 +95,11 @@ Action add_view_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("view", "Show the slices in a browser on this machine");
   add_tag_input(*command, state->input, ".tag file or its address, not a pipe")->required();
   add_port_option(*command, state->port);
+  add_text_option(*command, "--materials", state->colors.materials, "NAME=LOW:HIGH,...",
+                  "Color the materials with these values, as mesh makes them");
+  add_text_option(*command, "--labels", state->colors.labels, "NAMES",
+                  "The samples are labels to be colored: LABEL=NAME,..., a file of names, or all");
+  add_text_option(*command, "--label-volume", state->colors.label_volume, "FILE", "A .tag file of labels");
   command->add_flag("--no-browser", state->no_browser, "Only print the address");
   command->add_flag("-q,--quiet", state->quiet, "Print only the address and errors");
   return [state](Ranks&) { with_repair_advice(state->input, [&] { state->execute(); }); };

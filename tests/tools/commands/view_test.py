@@ -65,6 +65,39 @@ class View(ProgramTest):
         answer = viewer.ask(viewer.file)
         self.assertEqual((answer.status, answer.content), (200, self.bytes))
 
+    def query(self, *arguments):
+        viewer = self.view(*arguments)
+        return viewer, parse_qs(urlsplit(viewer.address).query, strict_parsing=True)
+
+    def test_materials_and_labels_are_in_the_address(self):
+        text = "air=:-200,soft=-200:300.5,bone=300.5:"
+        _, query = self.query("--materials", text)
+        self.assertEqual((query["materials"], len(query)), ([text], 2))
+        self.assertNotIn("materials", self.query()[1])
+        names = "1=left & right,2=bone+"
+        for labels in ("all", names):
+            self.assertEqual(self.query("--labels", labels)[1]["labels"], [labels])
+        # Files are served, too.
+        (self.folder / "names.csv").write_text("1,soft\n2,bone\n")
+        viewer, query = self.query("--labels", "names.csv", "--label-volume", "my scan%.tag")
+        self.assertEqual(viewer.ask(viewer.root + query["labels"][0]).content, b"1,soft\n2,bone\n")
+        self.assertEqual(viewer.ask(viewer.root + query["label-volume"][0]).content, self.bytes)
+        self.assertEqual(viewer.ask(viewer.file).content, self.bytes)
+
+    def test_materials_and_labels_that_cannot_be_understood_are_refused(self):
+        self.tagrid("phantom", "--dims", "90,80,71", "-o", "b.nrrd", "-q")
+        self.tagrid("encode", "b.nrrd", "-o", "b.tag", "-q")
+        for arguments, code, words in [
+                (("--materials", "bone=300"), 64, "'bone=300' is not NAME=LOW:HIGH"),
+                (("--materials", "bone=300:", "--labels", "all"), 64, "cannot be combined"),
+                (("--labels", "none.csv"), 74, "none.csv"),
+                (("--label-volume", "none.tag"), 74, "none.tag"),
+                (("--label-volume", "b.tag"), 64, "b.tag: has 90 x 80 x 71 labels, but my scan%.tag has 90 x 80 x 70")]:
+            run = subprocess.run([self.program, "view", "my scan%.tag", "--no-browser", *arguments], cwd=self.folder,
+                                 capture_output=True, check=False, text=True)
+            self.assertEqual((run.returncode, run.stdout), (code, ""), run.stderr)
+            self.assertIn(words, run.stderr)
+
     def test_ranges(self):
         viewer = self.view()
         size = len(self.bytes)

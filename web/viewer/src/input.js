@@ -104,6 +104,7 @@ export function handleKeys(state, actions, activeView) {
       "}": () => actions.changeWindow(0.05, 1),
       a: () => actions.autoWindow(),
       g: () => actions.grid(),
+      l: () => actions.colors(),
       1: () => actions.tool("move"),
       2: () => actions.tool("window"),
       3: () => actions.tool("pan"),

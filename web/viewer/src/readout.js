@@ -4,26 +4,41 @@ import { sampleText, valueText } from "./numbers.js";
 import { planes } from "./tiles.js";
 
 /** Rows of [name, text] for a place, in samples; `normal` is the axis across the slices in which it is looked for. */
-export function readoutRows({ volume, tiles, scale, places }, place, normal) {
+export function readoutRows(state, place, normal) {
+  const { volume, tiles, scale, places } = state;
   if (place.some((p, axis) => p < 0 || p >= volume.dims[axis])) return [["sample", "outside"]];
   const rows = [["sample", place.join(", ")]];
   const position = positionTexts(volume, places, place);
   if (position) rows.push([`position (${places.unit})`, position.join(", ")]);
-  const found = sampleAt(volume, tiles, place, normal);
-  if (!found) return [...rows, ["value", isUnreadable(tiles, place, normal) ? "cannot be read" : "…"]];
+  const found = sampleAt(tiles, place, normal, volume.levels);
+  if (!found) return [...rows, ["value", missingText(tiles, place, normal)], ...labelRows(state, place, normal)];
   const stored = sampleText(found.sample, volume.type);
   // A mean of slices with different slopes has no value.
   const meaning = !scale.note ? scale : found.factor === 1 ? scale.ofSlice?.(place[2]) : undefined;
   if (meaning) rows.push(["value", `${valueText(found.sample, volume.type, meaning)} ${scale.unit}`]);
   if (scale.note || scale.slope !== 1 || scale.intercept !== 0) rows.push(["stored sample", stored]);
+  if (state.showsColors && state.colors?.areOfValues)
+    rows.push(["material", state.colors.materialOf(found.sample)?.name ?? "none"]);
   if (found.factor > 1) rows.push(["", `mean in overview 1:${found.factor}`]);
-  return rows;
+  return [...rows, ...labelRows(state, place, normal)];
 }
 
-/** The sample of the finest level that is there. */
-function sampleAt(volume, tiles, place, normal) {
+/** The label there: means in overviews are none. */
+function labelRows({ labels, colors, showsColors }, place, normal) {
+  if (!showsColors || !labels) return [];
+  const { volume, tiles } = labels;
+  const found = sampleAt(tiles, place, normal, volume.levels.slice(0, 1));
+  if (!found) return [["label", missingText(tiles, place, normal)]];
+  return [
+    ["label", String(found.sample)],
+    ["material", colors.materialOf(found.sample)?.name ?? "none"],
+  ];
+}
+
+/** The sample of the first of some levels that is there. */
+function sampleAt(tiles, place, normal, levels) {
   const { across, down } = planes[normal];
-  for (const { level, factor } of volume.levels) {
+  for (const { level, factor } of levels) {
     const [i, j, slice] = [place[across], place[down], place[normal]].map((p) => Math.floor(p / factor));
     const [column, row] = [tiles.number(i), tiles.number(j)];
     const samples = tiles.get(level, normal, slice, column, row);
@@ -34,10 +49,11 @@ function sampleAt(volume, tiles, place, normal) {
   return undefined;
 }
 
-function isUnreadable(tiles, place, normal) {
+function missingText(tiles, place, normal) {
   const [columns, rows] = [planes[normal].across, planes[normal].down].map((axis) => [
     tiles.number(place[axis]),
     tiles.number(place[axis]) + 1,
   ]);
-  return tiles.failedBoxes({ level: 0, normal, slice: place[normal], columns, rows }).length > 0;
+  const isUnreadable = tiles.failedBoxes({ level: 0, normal, slice: place[normal], columns, rows }).length > 0;
+  return isUnreadable ? "cannot be read" : "…";
 }

@@ -1,5 +1,5 @@
-// One slice of the volume on a canvas: the tiles that are there, the coarsest below and the wanted level above, and
-// marks.
+// One slice of the volume on a canvas: the tiles that are there, the coarsest below and the wanted level above, the colors
+// of materials over them, and marks.
 //
 // Places are in samples of the volume, where sample i reaches from i to i + 1: first along the axis that runs across
 // the canvas, then along the one that runs down it. Sample i of a level reaches from i * factor to (i + 1) * factor.
@@ -25,6 +25,9 @@ export class SliceView {
   #image; // of the tile that was painted last
   #grid;
   #gridPicture = { canvas: document.createElement("canvas") };
+  // Of the bricks whose labels are shown, at most. Only labels of the volume itself are labels: those of an overview are
+  // means.
+  mostLabelSamples = 64e6;
 
   /** `state` is what the views share; see viewer.js. */
   constructor(canvas, name, state, onChange, onError) {
@@ -143,9 +146,12 @@ export class SliceView {
     return 0;
   }
 
-  /** The part of a level that is seen, as Tiles.want() wants it; nothing if none is. */
-  region(level, rank) {
-    const { volume, tiles, position } = this.#state;
+  /**
+   * The part of a level that is seen, as Tiles.want() wants it; nothing if none is. Of the volume that is shown, or of
+   * another one of the same size.
+   */
+  region(level, rank, { volume, tiles } = this.#state) {
+    const { position } = this.#state;
     const { factor, dims } = volume.levels[level];
     const corners = [this.placeAt(0, 0), this.placeAt(this.canvas.clientWidth, this.canvas.clientHeight)];
     const range = (i, axis) => {
@@ -229,6 +235,29 @@ export class SliceView {
     return this.#grid.isReading || !this.#grid.path ? "reading" : "shown";
   }
 
+  /** The part of the volume whose labels are shown; nothing if there is none, or if it is too large. */
+  #labelRegion(order = 0) {
+    const { labels, showsColors } = this.#state;
+    if (!this.isShown || !showsColors || !labels) return undefined;
+    const region = this.region(0, 20 + order, labels);
+    return region && labels.tiles.samplesOf(region) <= this.mostLabelSamples ? region : undefined;
+  }
+
+  /** The labels that it wants to be read, after the samples. */
+  labelRegions(order) {
+    const region = this.waits === 0 && this.isSettled && this.#labelRegion(order);
+    return region ? [region] : [];
+  }
+
+  /** "none" if it shows no labels, "far" if it must be zoomed in for them, "reading", or "shown". */
+  get labelState() {
+    const { labels, showsColors } = this.#state;
+    if (!this.isShown || !showsColors || !labels) return "none";
+    const region = this.#labelRegion();
+    if (!region) return this.region(0, 0, labels) ? "far" : "none";
+    return labels.tiles.isSettled(region) ? "shown" : "reading";
+  }
+
   draw() {
     if (!this.isShown) return;
     const { canvas } = this;
@@ -245,19 +274,22 @@ export class SliceView {
     this.shown = undefined;
     if (level !== coarsest && !this.isComplete) this.#drawLevel(coarsest, ratio);
     this.#drawLevel(level, ratio);
+    this.#drawLabels(ratio);
     if (this.#gridRegion && this.#grid.path) this.#drawGrid(ratio);
-    const unreadable = this.#unreadable();
+    const unreadable = [
+      ...this.#unreadable(this.level, this.region(this.level, 0), this.#state),
+      ...this.#unreadable(0, this.#labelRegion(), this.#state.labels),
+    ];
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     drawUnreadable(context, unreadable);
     drawMarks(context, this, this.#state);
   }
 
-  /** The boxes of the canvas in which the wanted level could not be read: [x, y, width, height]. */
-  #unreadable() {
-    const { tiles, volume } = this.#state;
-    const region = this.region(this.level, 0);
+  /** The boxes of the canvas in which a region of a level could not be read: [x, y, width, height]. */
+  #unreadable(level, region, from) {
     if (!region) return [];
-    const { factor } = volume.levels[this.level];
+    const { tiles, volume } = from;
+    const { factor } = volume.levels[level];
     return tiles.failedBoxes(region).map(([begin, end]) => {
       const corners = [begin, end].map((corner) => this.pointOf(this.#turned(corner.map((p) => p * factor))));
       const [x, y] = [0, 1].map((i) => Math.min(corners[0][i], corners[1][i]));
@@ -299,48 +331,74 @@ export class SliceView {
   #drawLevel(level, ratio) {
     const region = this.region(level, 0);
     if (!region) return;
-    const { tiles, shades, volume } = this.#state;
-    const { slice, columns, rows } = region;
+    const { tiles, shades, volume, colors, showsColors } = this.#state;
+    const { factor } = volume.levels[level];
+    const painted = this.#paint(`grey ${level}`, region, tiles, shades);
+    if (!painted) return;
+    this.shown = level;
+    // Samples of the volume are shown as what they are; those of an overview stand for others.
+    const isSmooth = factor > 1 || Math.max(...this.scale) * factor * ratio < 2;
+    this.#place(painted, volume, factor, ratio, isSmooth, 1);
+    if (showsColors && colors?.areOfValues) this.#drawColors(`colors ${level}`, region, this.#state, factor, ratio);
+  }
+
+  #drawLabels(ratio) {
+    const region = this.#labelRegion();
+    if (region) this.#drawColors("labels", region, this.#state.labels, 1, ratio);
+  }
+
+  /** The nearest sample of each pixel: a mix of two colors would be that of another material. */
+  #drawColors(name, region, { volume, tiles }, factor, ratio) {
+    const { colors, opacity } = this.#state;
+    const painted = this.#paint(name, region, tiles, colors);
+    if (painted) this.#place(painted, volume, factor, ratio, false, opacity);
+  }
+
+  /** A picture of the tiles of a region that are there, a pixel for each sample; nothing if there are none. */
+  #paint(name, { level, slice, columns, rows }, tiles, painter) {
     const { across, down } = planes[this.normal];
     const [left, top] = [tiles.range(level, across, columns[0])[0], tiles.range(level, down, rows[0])[0]];
     const [right, bottom] = [tiles.range(level, across, columns[1] - 1)[1], tiles.range(level, down, rows[1] - 1)[1]];
-    const key = `${slice} ${columns} ${rows} ${shades.version}`;
-    let layer = this.#layers.get(level);
-    if (layer?.key !== key) {
+    const key = `${slice} ${columns} ${rows} ${painter.version}`;
+    let layer = this.#layers.get(name);
+    if (layer?.key !== key || layer.painter !== painter) {
       const picture = layer?.picture ?? document.createElement("canvas");
       [picture.width, picture.height] = [right - left, bottom - top];
-      layer = { key, picture, painted: new Set() };
-      this.#layers.set(level, layer);
+      layer = { key, painter, picture, painted: new Set(), left, top, right, bottom };
+      this.#layers.set(name, layer);
     }
     const context = layer.picture.getContext("2d");
     for (let row = rows[0]; row < rows[1]; ++row)
       for (let column = columns[0]; column < columns[1]; ++column) {
-        const name = `${column} ${row}`;
-        const samples = layer.painted.has(name) ? undefined : tiles.get(level, this.normal, slice, column, row);
+        const tile = `${column} ${row}`;
+        const samples = layer.painted.has(tile) ? undefined : tiles.get(level, this.normal, slice, column, row);
         if (!samples) continue;
         const [x0, x1] = tiles.range(level, across, column);
         const [width, height] = [x1 - x0, samples.length / (x1 - x0)];
         if (this.#image?.width !== width || this.#image.height !== height)
           this.#image = context.createImageData(width, height);
-        shades.paint(samples, new Uint32Array(this.#image.data.buffer));
+        painter.paint(samples, new Uint32Array(this.#image.data.buffer));
         context.putImageData(this.#image, x0 - left, tiles.range(level, down, row)[0] - top);
-        layer.painted.add(name);
+        layer.painted.add(tile);
       }
-    if (layer.painted.size === 0) return;
-    this.shown = level;
-    const { factor } = volume.levels[level];
+    return layer.painted.size > 0 ? layer : undefined;
+  }
+
+  /** Draws a picture of #paint(), whose samples are `factor` samples of the volume. */
+  #place({ picture, left, top, right, bottom }, { dims }, factor, ratio, isSmooth, opacity) {
+    const { across, down } = planes[this.normal];
     const target = this.#context;
     target.setTransform(...this.#matrix([left * factor, top * factor], factor, ratio));
-    // Samples of the volume are shown as what they are; those of an overview stand for others.
-    target.imageSmoothingEnabled = factor > 1 || Math.max(...this.scale) * factor * ratio < 2;
-    target.imageSmoothingQuality = "high";
     // The last sample of an overview may reach beyond the volume.
-    const limit = (axis, end) => Math.min(end, volume.dims[axis] / factor);
+    const limit = (axis, end) => Math.min(end, dims[axis] / factor);
     target.save();
+    target.imageSmoothingEnabled = isSmooth;
+    target.imageSmoothingQuality = "high";
+    target.globalAlpha = opacity;
     target.beginPath();
     target.rect(0, 0, limit(across, right) - left, limit(down, bottom) - top);
     target.clip();
-    target.drawImage(layer.picture, 0, 0);
+    target.drawImage(picture, 0, 0);
     target.restore();
   }
 }

@@ -1,5 +1,8 @@
 // The program of the graphics card that draws the volume in space.
 
+/** Values at which another material begins, at most. */
+export const mostEnds = 48;
+
 export const vertexCode = `#version 300 es
 in vec2 corner;
 out vec2 place;
@@ -17,13 +20,63 @@ uniform vec3 size, texels;
 uniform vec2 span, grey;
 uniform float level, stretch;
 uniform bool isSurface;
+// Values at which another class of values begins, and the color of each class; transparent: it is not drawn. Without
+// such values, there are no materials.
+uniform int endCount;
+uniform float ends[${mostEnds}];
+uniform vec4 tints[${mostEnds + 1}];
 
 float at(vec3 p) { return texture(samples, p).r; }
+
+int classAt(vec3 p) {
+  float value = at(p);
+  int found = 0;
+  while (found < endCount && value >= ends[found]) ++found;
+  return found;
+}
 
 vec3 slope(vec3 p) {
   vec3 d = 1.0 / texels;
   return vec3(at(p + vec3(d.x, 0, 0)) - at(p - vec3(d.x, 0, 0)), at(p + vec3(0, d.y, 0)) - at(p - vec3(0, d.y, 0)),
               at(p + vec3(0, 0, d.z)) - at(p - vec3(0, 0, d.z))) * texels / size;
+}
+
+vec3 shade(vec3 tint, vec3 n) {
+  vec3 toward = turn * vec3(0, 0, 1), light = normalize(turn * vec3(-0.4, 0.5, 1.0));
+  float diffuse = max(dot(n, light), 0.0), shine = pow(max(dot(n, normalize(light + toward)), 0.0), 40.0);
+  return tint * (0.16 + 0.8 * diffuse) + 0.22 * shine;
+}
+
+// The interfaces through which a ray enters a material from lower values, or from what is not drawn.
+vec3 materials(vec3 start, vec3 direction, float t, float leave, float step) {
+  vec3 light = vec3(0);
+  float through = 1.0, before = t;
+  int last = -1;
+  for (; t < leave && through > 0.01; t += step) {
+    // Several of them may lie in one step.
+    for (int i = 0; i < 4; ++i) {
+      int now = classAt(start + t * direction);
+      if (now == last) break;
+      float from = before, to = t;
+      for (int j = 0; j < 6 && last >= 0; ++j) {
+        float middle = 0.5 * (from + to);
+        if (classAt(start + middle * direction) != last) to = middle; else from = middle;
+      }
+      vec3 p = start + to * direction, n = slope(p);
+      now = classAt(p);
+      vec4 tint = tints[now];
+      if (tint.a > 0.0 && (last < 0 || now > last || tints[last].a == 0.0)) {
+        float l = length(n);
+        n = last < 0 || l == 0.0 ? turn * vec3(0, 0, 1) : now > last ? -n / l : n / l;
+        light += through * tint.a * shade(tint.rgb, n);
+        through *= 1.0 - tint.a;
+      }
+      last = now;
+      before = to;
+    }
+    before = t;
+  }
+  return light;
 }
 
 void main() {
@@ -37,6 +90,10 @@ void main() {
   float step = stretch / length(direction * texels);
   // Without it, the regular steps of all rays would draw rings.
   float t = enter + step * fract(sin(dot(gl_FragCoord.xy, vec2(12.9898, 78.233))) * 43758.5453);
+  if (endCount > 0) {
+    color = vec4(materials(start, direction, t, leave, step), 1.0);
+    return;
+  }
   if (isSurface) {
     float before = -1.0;
     for (; t < leave; t += step) {
@@ -49,10 +106,8 @@ void main() {
         }
         vec3 p = start + to * direction, n = slope(p);
         float l = length(n);
-        vec3 toward = turn * vec3(0, 0, 1), light = normalize(turn * vec3(-0.4, 0.5, 1.0));
-        n = before < 0.0 || l == 0.0 ? toward : -n / l;
-        float diffuse = max(dot(n, light), 0.0), shine = pow(max(dot(n, normalize(light + toward)), 0.0), 40.0);
-        color = vec4(vec3(0.93, 0.87, 0.78) * (0.16 + 0.8 * diffuse) + 0.22 * shine, 1.0);
+        n = before < 0.0 || l == 0.0 ? turn * vec3(0, 0, 1) : -n / l;
+        color = vec4(shade(vec3(0.93, 0.87, 0.78), n), 1.0);
         return;
       }
       before = t;

@@ -1,9 +1,10 @@
-// The volume in space: a surface of one value, or a fog as bright as the window says. A program of the graphics card
+// The volume in space: a surface of one value, the interfaces of materials, or a fog as bright as the window says. A program of the graphics card
 // follows a ray for each pixel through a texture with samples of an overview.
 import { followPointers, wheelZoom } from "./gestures.js";
+import { classesOf } from "./materials.js";
 import { numberText, placeText } from "./numbers.js";
 import { lettersOf, nearestAxes } from "./sides.js";
-import { fragmentCode, vertexCode } from "./space_shader.js";
+import { fragmentCode, mostEnds, vertexCode } from "./space_shader.js";
 
 // Samples that are read without asking, and at most, and along an axis of the texture.
 const samplesUnasked = 4e6;
@@ -18,7 +19,7 @@ export class SpaceView {
   #picture;
   #turn = { around: 0.5, up: 0.35 };
   #zoom = 1.15;
-  #isSurface = true;
+  #kind = "surface";
   #isMoving = false;
   #isPlanned = false;
   #drawnSize = [0, 0];
@@ -40,7 +41,8 @@ export class SpaceView {
       <div class="middle" hidden><p></p><p><button type="button">Show in 3D</button></p></div>
       <div class="over" hidden>
         <select aria-label="Kind of picture">
-          <option value="surface">Surface</option><option value="fog">Volume</option></select>
+          <option value="surface">Surface</option><option value="fog">Volume</option>
+          <option value="materials" disabled>Materials</option></select>
         <input type="range" min="0" max="1000" aria-label="Value of the surface">
         <input type="number" step="any" aria-label="Value of the surface">
       </div>
@@ -53,6 +55,7 @@ export class SpaceView {
       button: find("button"),
       over: find(".over"),
       kind: find("select"),
+      materials: find("option[value=materials]"),
       slider: find("input[type=range]"),
       number: find("input[type=number]"),
       sides: [...section.querySelectorAll(".sides span")],
@@ -60,8 +63,8 @@ export class SpaceView {
     const { button, kind, slider, number } = this.elements;
     button.addEventListener("click", () => this.#read());
     kind.addEventListener("change", () => {
-      this.#isSurface = kind.value === "surface";
-      slider.hidden = number.hidden = !this.#isSurface;
+      this.#kind = kind.value;
+      slider.hidden = number.hidden = this.#kind !== "surface";
       this.draw();
     });
     slider.addEventListener("input", () => {
@@ -142,7 +145,38 @@ export class SpaceView {
   }
 
   windowChanged() {
-    if (!this.#isSurface) this.draw();
+    if (this.#kind === "fog") this.draw();
+  }
+
+  /** Shows materials as soon as there are some, and a surface when there are none. */
+  colorsChanged() {
+    const { colors } = this.#state;
+    const { kind, materials } = this.elements;
+    const wereThere = !materials.disabled;
+    const areThere = Boolean(colors?.areOfValues) && classesOf(colors.materials).ends.length <= mostEnds;
+    materials.disabled = !areThere;
+    if (areThere !== wereThere) {
+      kind.value = areThere ? "materials" : this.#kind === "materials" ? "surface" : this.#kind;
+      kind.dispatchEvent(new Event("change"));
+    }
+    this.draw();
+  }
+
+  /** The classes of values as the shader has them, unless materials are not to be shown. */
+  #classes() {
+    const { colors, showsColors, opacity } = this.#state;
+    if (this.#kind !== "materials" || !showsColors) return { ends: [], tints: [] };
+    const { low, high } = this.#picture;
+    const { ends, classes } = classesOf(colors.materials);
+    // What has no lower limit lies around the others, as air does.
+    const isDrawn = (material, i) => i > 0 && material?.isVisible;
+    const innermost = classes.findLastIndex(isDrawn);
+    const tints = classes.flatMap((material, i) => {
+      if (!isDrawn(material, i)) return [0, 0, 0, 0];
+      const rgb = [0, 8, 16].map((shift) => ((material.pixel >>> shift) & 255) / 255);
+      return [...rgb, i === innermost ? 1 : opacity];
+    });
+    return { ends: ends.map((end) => (end - low) / (high - low)), tints };
   }
 
   /** The level that is read: the finest that fits, or the coarsest. */
@@ -270,7 +304,7 @@ export class SpaceView {
     if (!gl.getProgramParameter(program, gl.LINK_STATUS))
       throw new Error(`the graphics card refuses: ${gl.getProgramInfoLog(program)}`);
     gl.useProgram(program);
-    for (const name of ["turn", "size", "texels", "span", "grey", "level", "stretch", "isSurface"])
+    for (const name of ["turn", "size", "texels", "span", "grey", "level", "stretch", "isSurface", "endCount", "ends", "tints"])
       this.#uniforms[name] = gl.getUniformLocation(program, name);
     gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array([-1, -1, 3, -1, -1, 3]), gl.STATIC_DRAW);
@@ -326,7 +360,13 @@ export class SpaceView {
     gl.uniform2f(this.#uniforms.grey, (shades.low - low) / (high - low), (shades.high - low) / (high - low));
     gl.uniform1f(this.#uniforms.level, (level - low) / (high - low));
     gl.uniform1f(this.#uniforms.stretch, this.#isMoving ? 1 : 0.5);
-    gl.uniform1i(this.#uniforms.isSurface, this.#isSurface ? 1 : 0);
+    gl.uniform1i(this.#uniforms.isSurface, this.#kind === "fog" ? 0 : 1);
+    const { ends, tints } = this.#classes();
+    gl.uniform1i(this.#uniforms.endCount, ends.length);
+    if (ends.length > 0) {
+      gl.uniform1fv(this.#uniforms.ends, ends);
+      gl.uniform4fv(this.#uniforms.tints, tints);
+    }
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 

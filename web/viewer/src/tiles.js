@@ -165,6 +165,19 @@ export class Tiles {
     return { low, high };
   }
 
+  /** Samples of the bricks of a region, all of which are decoded for it. */
+  samplesOf({ level, normal, slice, columns, rows }) {
+    const { across, down } = planes[normal];
+    const layer = this.number(slice);
+    return [
+      [normal, [layer, layer + 1]],
+      [across, columns],
+      [down, rows],
+    ].reduce((product, [axis, [begin, end]]) => {
+      return product * (this.range(level, axis, end - 1)[1] - this.range(level, axis, begin)[0]);
+    }, 1);
+  }
+
   async #read(strip) {
     const { level, normal, slice, columns, rows } = strip;
     const { across, down } = planes[normal];

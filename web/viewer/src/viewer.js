@@ -3,6 +3,7 @@ import { open } from "@tagrid/decoder";
 import { boundRows, factRows, fillList, scaleOf } from "./describe.js";
 import { DisplayWindow } from "./display_window.js";
 import { handleKeys, handlePointers } from "./input.js";
+import { MaterialsPanel } from "./materials_panel.js";
 import { placesOf } from "./places.js";
 import { readoutRows } from "./readout.js";
 import { Shades } from "./shades.js";
@@ -10,12 +11,14 @@ import { SliceView } from "./slice_view.js";
 import { Tiles } from "./tiles.js";
 import { SpaceView } from "./space_view.js";
 
+const decoderBase = new URL("decoder/", import.meta.url);
 const element = (id) => document.getElementById(id);
 const sections = Object.fromEntries([...document.querySelectorAll("#views section")].map((s) => [s.dataset.view, s]));
 
 // What the views share. Positions are samples of the volume; the zoom is pixels of the page for a unit of length.
 const state = {
   volume: undefined,
+  name: "", // of the file
   tiles: undefined,
   shades: undefined,
   scale: undefined,
@@ -26,6 +29,11 @@ const state = {
   tool: "move",
   isFitted: true,
   showsGrid: false,
+  // Of materials, see colors.js; and the volume and tiles of their labels, if samples are labels.
+  colors: undefined,
+  labels: undefined,
+  showsColors: true,
+  opacity: 0.4,
 };
 
 const sliceViews = ["axial", "coronal", "sagittal"].map((name) => {
@@ -52,6 +60,15 @@ const displayWindow = new DisplayWindow(state, () => {
   spaceView.windowChanged();
   draw();
 });
+const materialsPanel = new MaterialsPanel(
+  state,
+  (source) => open(source, { base: decoderBase }),
+  (volume) => tilesOf(volume, () => state.labels?.volume === volume),
+  () => {
+    spaceView.colorsChanged();
+    update();
+  },
+);
 let file;
 // Milliseconds.
 const retryAfter = 3000;
@@ -74,6 +91,7 @@ function draw() {
     if (!state.volume) return;
     if (haveFirst()) displayWindow.chooseOnce(coarsestSlices());
     for (const view of sliceViews) view.draw();
+    materialsPanel.update();
     noteTimes();
     if (!isFirstDrawn && haveFirst()) {
       isFirstDrawn = true;
@@ -96,7 +114,7 @@ function noteTimes() {
 let failure;
 function showProgress(isComplete) {
   if (failure) return say(failure, true);
-  say(isComplete ? gridNote() : "Reading …");
+  say(isComplete ? gridNote() || labelNote() : "Reading …");
 }
 
 function gridNote() {
@@ -105,6 +123,12 @@ function gridNote() {
   const states = sliceViews.map((view) => view.gridState);
   if (states.includes("reading")) return "Reading the grid …";
   return states.includes("far") ? "Zoom in to see the grid: it is drawn over samples of the volume itself." : "";
+}
+
+function labelNote() {
+  const states = sliceViews.map((view) => view.labelState);
+  if (states.includes("reading")) return "Reading labels …";
+  return states.includes("far") ? "Zoom in to see the labels: those of overviews would be means." : "";
 }
 
 const haveFirst = () => sliceViews.every((view) => view.hasFirst);
@@ -116,7 +140,11 @@ function read() {
   clearTimeout(timer);
   if (!state.volume) return;
   if (!haveFirst()) isFirstDrawn = false;
-  state.tiles.want(sliceViews.flatMap((view, order) => view.regions(order, isFirstDrawn)));
+  const regions = sliceViews.flatMap((view, order) => view.regions(order, isFirstDrawn));
+  const ofLabels = sliceViews.flatMap((view, order) => view.labelRegions(order));
+  const isOneVolume = state.labels?.tiles === state.tiles;
+  state.tiles.want(isOneVolume ? [...regions, ...ofLabels] : regions);
+  if (!isOneVolume) state.labels?.tiles.want(ofLabels);
   for (const view of sliceViews) view.wantGrid();
   const waits = Math.max(...sliceViews.map((view) => view.waits));
   if (waits > 0) timer = setTimeout(read, waits + 1);
@@ -228,6 +256,7 @@ const actions = {
     for (const view of sliceViews) view.changed();
     update();
   },
+  colors: () => materialsPanel.toggle(),
   grid() {
     state.showsGrid = !state.showsGrid;
     element("grid").setAttribute("aria-pressed", String(state.showsGrid));
@@ -286,7 +315,7 @@ async function openFile(source, name, options = {}) {
   try {
     const opened = await open(source, {
       ...options,
-      base: new URL("decoder/", import.meta.url),
+      base: decoderBase,
       signal: controller.signal,
     });
     if (controller.signal.aborted) return opened.close();
@@ -305,6 +334,7 @@ async function openFile(source, name, options = {}) {
       ),
     );
     shownVolume = "0";
+    state.name = name;
     show(file);
   } catch (error) {
     if (controller.signal.aborted) return;
@@ -321,8 +351,22 @@ function retryLater(volume) {
     if (state.volume !== volume) return;
     failure = undefined;
     state.tiles.retry();
+    state.labels?.tiles.retry();
     update();
   }, retryAfter);
+}
+
+/** The tiles of a volume, whose errors are told while it is shown. */
+function tilesOf(volume, isShown) {
+  return new Tiles(
+    volume,
+    () => update(),
+    (error) => {
+      if (!isShown()) return;
+      failure = error.message;
+      if (error.code === "io-error") retryLater(state.volume);
+    },
+  );
 }
 
 /** Shows a volume. One of the same file as the one before keeps its place, and the window `before`. */
@@ -330,14 +374,7 @@ function show(volume, before) {
   state.tiles?.close();
   failure = undefined;
   state.volume = volume;
-  state.tiles = new Tiles(
-    volume,
-    () => update(),
-    (error) => {
-      failure = error.message;
-      if (error.code === "io-error") retryLater(volume);
-    },
-  );
+  state.tiles = tilesOf(volume, () => state.volume === volume);
   state.scale = scaleOf(volume);
   state.places = placesOf(volume);
   state.steps = state.places.steps;
@@ -355,7 +392,7 @@ function show(volume, before) {
   fillList(element("facts"), factRows(volume, state.scale, state.places));
   element("metadata").textContent = volume.metadata;
   spaceView.reset();
-  update();
+  materialsPanel.apply();
 }
 
 element("volume").addEventListener("change", async ({ target }) => {
@@ -394,19 +431,24 @@ addEventListener("drop", (event) => {
 });
 
 function openAddress(text) {
+  try {
+    const url = addressOf(text);
+    openFile(url, nameIn(url));
+  } catch (error) {
+    element("failure").textContent = error.message;
+  }
+}
+
+function addressOf(text) {
   let url;
   try {
     url = new URL(text, location.href);
   } catch {
-    element("failure").textContent = `${text} is not an address`;
-    return;
+    throw new Error(`${text} is not an address`);
   }
   // Other schemes of addresses may run code, or read what only this page may.
-  if (!/^https?:$/.test(url.protocol)) {
-    element("failure").textContent = "an address begins with http:// or https://";
-    return;
-  }
-  openFile(url, nameIn(url));
+  if (!/^https?:$/.test(url.protocol)) throw new Error("an address begins with http:// or https://");
+  return url;
 }
 
 /** The name of the file at an address. Names that are no UTF-8 stay encoded. */
@@ -452,10 +494,12 @@ new ResizeObserver(() => {
   update();
 }).observe(element("views"));
 
-globalThis.tagridViewer = { state, sliceViews, spaceView, actions, times };
+globalThis.tagridViewer = { state, sliceViews, spaceView, materialsPanel, actions, times };
 showTab(isSmall.matches ? "axial" : "all");
-const source = new URLSearchParams(location.search).get("src");
+const given = new URLSearchParams(location.search);
+const [source, materials, labels, labelVolume] = ["src", "materials", "labels", "label-volume"].map((key) => given.get(key));
 if (source) {
   element("welcome").hidden = false;
   openAddress(source);
 }
+materialsPanel.start({ materials, labels, labelVolume }, addressOf);
