@@ -10,7 +10,7 @@ export const palette = ["#0072b2", "#e69f00", "#56b4e9", "#d55e00", "#009e73", "
 export const largestLabel = 65535;
 const all = "all";
 const mostMaterials = 65536;
-const longestName = 32;
+const longestName = 38;
 const largestNames = 16 << 20;
 // As far apart as float32 tells them.
 const largestValue = 1e37;
@@ -27,7 +27,7 @@ const wholeNumberIn = (text) => (/^[+-]?\d+$/.test(text) ? Number(text) + 0 : un
 export function materialsOf(text) {
   const materials = text.split(",").map(rangeIn);
   for (const { setName, low, high } of materials) {
-    if (!/^[A-Za-z]/.test(setName))
+    if (!/^[A-Za-z]/.test(setName) || setName.length > longestName)
       throw new Error(
         `'${setName}' is not a name of at most ${longestName} letters, digits and underscores that begins with a letter`,
       );
@@ -71,7 +71,8 @@ const shown = (number) => String(number).replace("Infinity", "inf");
 /** The name of a set of elements: other characters than letters and digits become underscores. */
 function setNameOf(name) {
   const kept = name.replaceAll(/[^A-Za-z0-9]+/g, "_").replaceAll(/^_|_$/g, "");
-  return kept === "" ? name : (/^\d/.test(kept) ? `m_${kept}` : kept).slice(0, longestName);
+  if (kept === "") return name;
+  return /^\d/.test(kept) ? `m_${kept}` : kept;
 }
 
 const inOrder = (materials) => [...materials].sort((a, b) => a.low - b.low);
@@ -127,7 +128,8 @@ export function namesInFile(text, file) {
 
 function addLine(names, line, file) {
   // Names between commas, semicolons or tabs may have blanks.
-  const hasSeparators = /[,;\t]/.test(line) && !line.includes('"');
+  const hasQuotes = line.includes('"');
+  const hasSeparators = /[,;\t]/.test(line) && !hasQuotes;
   const pattern = hasSeparators ? /[^\t,;\r]+/g : /"([^"]*)"?|[^ \t,;\r"][^ \t,;\r]*/g;
   const fields = [...line.matchAll(pattern)].map(([field, quoted]) => quoted ?? field);
   if (fields.length === 0 || fields[0].startsWith("#")) return;
@@ -136,9 +138,17 @@ function addLine(names, line, file) {
     if (names.size === 0 && !/\d/.test(fields[0])) return; // the names of columns
     throw new Error(`${file}: '${line}' does not begin with the number of a label`);
   }
-  const name = fields.slice(1).find((field) => numberIn(field) === undefined);
-  if (name === undefined) throw new Error(`${file}: label ${label} has no name`);
-  addName(names, label, name);
+  const isName = (field) => numberIn(field) === undefined;
+  const first = fields.findIndex((field, i) => i > 0 && isName(field));
+  if (first < 0) throw new Error(`${file}: label ${label} has no name`);
+  let end = first + 1;
+  // Between blanks, a name has all words up to the four numbers of a color, or up to the next number.
+  if (!hasSeparators && !hasQuotes) {
+    const hasColor = fields.length - first > 4 && !fields.slice(-4).some(isName);
+    const number = fields.findIndex((field, i) => i > first && !isName(field));
+    end = hasColor ? fields.length - 4 : number < 0 ? fields.length : number;
+  }
+  addName(names, label, fields.slice(first, end).join(" "));
 }
 
 function addName(names, label, name) {
