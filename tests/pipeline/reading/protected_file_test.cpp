@@ -150,7 +150,7 @@ TEST_F(ProtectedTag, IsOpenedByThreeReads) {
   EXPECT_EQ(plain->reads().size(), 2U);
 }
 
-// The laws of parity are those of io/parity/parity_test.cpp.
+// The laws of parity are those of tests/io/parity/parity_test.cpp.
 TEST_F(ProtectedTag, AnyPartComesBackFromScatteredDamageOrABurst) {
   Random random(1);
   for (int i = 0; i < 2 * damaged_files(); ++i) {
