@@ -356,7 +356,6 @@ TEST_F(ConvertRemoval, AnOutputThatIsNotProvedIsAFailureAndNotOneThatExists) {
   EXPECT_EQ(convert().code, broken_input);
   EXPECT_EQ(statuses(2), "a ok, b failed");
   expect_ok(script("echo other/a.nrrd > list.tsv"));
-  EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
   EXPECT_EQ(convert().code, broken_input);
   EXPECT_EQ(last()["status"], "failed");
   expect_ok(script("echo a.nrrd > list.tsv"));

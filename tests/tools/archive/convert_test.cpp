@@ -45,6 +45,15 @@ TEST_F(Convert, EveryVolumeIsWhatEncodeMakesOfIt) {
   EXPECT_EQ(records()[1]["options"], Json({{"cube", "8"}, {"max-error", "9"}, {"surface-error", "2"}}));
 }
 
+TEST_F(Convert, AnOutputOfAnotherVolumeIsNotReplaced) {
+  converted(1);
+  const std::string before = content("out/a.tag");
+  expect_ok(script("mkdir other && $TAGRID phantom --dims 9,9,9 -qo other/a.nrrd"));
+  file("list.tsv", "other/a.nrrd\n");
+  EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
+  EXPECT_TRUE(content("out/a.tag") == before);
+}
+
 TEST_F(Convert, ARecordSaysWhatWasDone) {
   volume("a.nhdr", 1);
   file("list.tsv", "a.nhdr\tmax-error=5");

@@ -398,6 +398,7 @@ TEST_F(MpiVerify, DamagedBytesAreFound) {
     expect_one_error(by(3, verify()), broken_input, ": checksum mismatch");
   }
   // The checksum between two parts: the message may name either of its bricks.
+  file("new.tag", good);
   const Contents contents = contents_of("new.tag");
   std::uint64_t start = serialize_header(contents.header).size();
   for (std::int64_t i = 0; i < cuts(contents)[7]; ++i) {
