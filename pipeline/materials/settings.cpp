@@ -117,7 +117,7 @@ void settle_lattice(const TagBricks& file, const Geometry& geometry, const Mater
 }
 
 // Names must be those of sets in every format.
-void check_name(const std::string& name) {
+void check_name(const std::string& name, const Setting& setting) {
   const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
   const bool is_valid =
       !name.empty() && is_letter(name[0]) && std::all_of(name.begin(), name.end(), [&](char c) {
@@ -129,7 +129,7 @@ void check_name(const std::string& name) {
     throw UsageError(
         "{}: '{}' is not a name of at most {} letters, digits and underscores that begins "
         "with a letter",
-        setting_materials, name, longest);
+        setting, name, longest);
 }
 
 void keep_named(const MaterialMeshOptions& options, MaterialMeshJob& job) {
@@ -150,7 +150,7 @@ void settle_values(const TagBricks& file, const MaterialMeshOptions& options, Ma
   job.numbers = numbers_of_values(file.header(), &file.index());
   std::vector<MaterialRange> ranges = options.ranges;
   for (const MaterialRange& range : ranges) {
-    check_name(range.name);
+    check_name(range.name, setting_materials);
     if (!(range.low < range.high))
       throw UsageError("{}: {} has no values from {} to {}", setting_materials, range.name, range.low,
                        range.high);
@@ -253,24 +253,33 @@ void settle_labels(const TagBricks& file, const MaterialMeshOptions& options, Ma
 
 }  // namespace
 
-MaterialMeshJob settle_material_mesh(const TagBricks& file, const Geometry& geometry,
-                                     const MaterialMeshOptions& options) {
+MaterialMeshJob settle_materials(const TagBricks& file, const MaterialMeshOptions& options) {
   MaterialMeshJob job;
-  if (options.order != 1 && options.order != 2) throw UsageError("{}: must be 1 or 2", setting_order);
-  job.settings.order = options.order;
-  if (options.prefers_angles) job.settings.rule = best_angles;
-  settle_lattice(file, in_one_unit(geometry), options, job);
   if (options.labels)
     settle_labels(file, options, job);
   else
     settle_values(file, options, job);
+  const Setting& setting = options.labels ? setting_labels : setting_materials;
   std::set<std::string> seen;
   for (const auto& [material, name] : job.names.names) {
-    check_name(name);
+    // Lists of names have labels that are not in the file.
+    if (const auto& total = file.index().total;
+        options.labels && (material < total.low || material > total.high))
+      continue;
+    check_name(name, setting);
     if (!seen.insert(lower_case(name)).second)
-      throw UsageError("{}: two are called '{}', if case is ignored",
-                       options.labels ? setting_labels : setting_materials, name);
+      throw UsageError("{}: two are called '{}', if case is ignored", setting, name);
   }
+  return job;
+}
+
+MaterialMeshJob settle_material_mesh(const TagBricks& file, const Geometry& geometry,
+                                     const MaterialMeshOptions& options) {
+  if (options.order != 1 && options.order != 2) throw UsageError("{}: must be 1 or 2", setting_order);
+  MaterialMeshJob job = settle_materials(file, options);
+  job.settings.order = options.order;
+  if (options.prefers_angles) job.settings.rule = best_angles;
+  settle_lattice(file, in_one_unit(geometry), options, job);
   if (!options.region.is_all()) {
     const Domain& domain = file.parameters().domain();
     const Box samples = domain.samples_at(region_of(options.region, file.parameters()).box);

@@ -26,6 +26,8 @@ struct MaterialMeshJob {
   double reach() const { return label_smoothing ? LabelField::reach(*label_smoothing) : ValueField::reach; }
 };
 
+/// The materials of a mesh, without its lattice. Throws UsageError if a file cannot have them.
+MaterialMeshJob settle_materials(const TagBricks& file, const MaterialMeshOptions& options);
 /// Throws UsageError if a file cannot have such a mesh.
 MaterialMeshJob settle_material_mesh(const TagBricks& file, const Geometry& geometry,
                                      const MaterialMeshOptions& options);

@@ -1,4 +1,7 @@
-"""What decode writes: other people's libraries read the same samples and the same geometry, and tagrid reads them again."""
+"""What decode writes: other people's libraries read the same samples and the same geometry, and tagrid reads them again.
+
+    written_test.py PROGRAM
+"""
 
 import itertools
 import os
@@ -45,6 +48,14 @@ class Written(ReaderTest):
             if ".nii" in name and nibabel:
                 image = nibabel.load(self.folder / name)
                 self.assert_same(numpy.asanyarray(image.dataobj).transpose(2, 1, 0), truth, type)
+
+    def test_a_pipe_gets_the_same_bytes(self):
+        self.encode()
+        for format, name in (("nifti", "b.nii"), ("nifti.gz", "b.nii.gz"), ("metaimage", "b.mha"), ("tiff", "b.tif"), ("vti", "b.vti")):
+            self.decode(name)
+            run = subprocess.run(f"{PROGRAM} decode - -o - --format {format} < a.tag | cmp - {name}", shell=True,
+                                 cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            self.assertEqual(run.returncode, 0, run.stdout)
 
     def test_geometry_comes_back(self):
         for space, directions in itertools.product(("left-posterior-superior", "right-anterior-superior", "LPS", "left-anterior-superior"),
@@ -161,19 +172,31 @@ class Written(ReaderTest):
         self.assertEqual((int(header["sform_code"]), int(header["qform_code"])), (0, 0))
         numpy.testing.assert_array_equal(affine, nibabel.load(self.folder / "a.nii").affine)
 
-    def test_slopes_units_and_reserved_names_that_a_format_cannot_take_are_said_or_left_out(self):
-        """lost_test.py has what else is lost."""
+    def test_what_is_lost_is_said(self):
+        self.encode(space="")
+        self.assertIn("not known", self.decode("b.nii"))
+        self.assertIn("not known", self.decode("b.mha"))
+        self.assertIn("no place for positions", self.decode("b.tif"))
+        self.assertNotIn("space", self.decode("b.vti"))
         self.encode(pairs="rescale_slope:=2.5\nrescale_intercept:=0\n")
         self.assertIn("slope", self.decode("b.vti"))
         self.assertNotIn("slope", self.decode("b.tif"))
         self.encode("float32", pairs="rescale_slope:=2.5\nrescale_intercept:=0\nrescale_units:=mg/cm3\n")
-        said = self.decode("b.tif")
-        self.assertIn("TIFF has no place for slope", said)
-        self.assertIn("values are in \"mg/cm3\"", said)
+        self.assertIn("TIFF has no place for slope", self.decode("b.tif"))
+        self.assertIn("values are in \"mg/cm3\"", self.decode("b.tif"))
+        self.encode(pairs="rescale_units:=mg/cm3\n")
+        self.assertNotIn("mg/cm3", self.decode("b.tif"))
+        for name in ("b.nii", "b.nii.gz", "b.mha", "b.mhd", "b.vti"):
+            self.assertIn("values are in \"mg/cm3\" (rescale_units)", self.decode(name), name)
+        for name in ("b.nrrd", "b.h5", "b.vtkhdf"):
+            self.assertNotIn("mg/cm3", self.decode(name), name)
         self.encode(pairs="metaimage_ElementDataFile:=other.raw\nmetaimage_DimSize:=1 1 1\nmetaimage_headersize:=9\n")
         self.decode("b.mha")
         self.assertNotIn(b"other.raw", (self.folder / "b.mha").read_bytes())
         self.encoded("b.mha")
+        self.encode()
+        for name in ("b.nii", "b.nii.gz", "b.mha", "b.mhd", "b.nrrd"):
+            self.assertEqual(self.decode(name), "", name)
 
     def test_fields_of_the_same_format_come_back(self):
         self.encode(pairs="metaimage_Modality:=MET_MOD_CT\nrescale_slope:=2.5\nrescale_intercept:=-7\nnifti_descrip:=a scan\nnifti_cal_max:=9\n")
@@ -238,6 +261,26 @@ class Written(ReaderTest):
         self.encodes(truth, "b.nii")
         if nibabel:
             self.assertEqual(nibabel.load(self.folder / "b.nii").shape, (40000, 2, 1))
+
+    def test_image_data_of_vtk(self):
+        truth = self.encode()
+        self.decode("b.vti")
+        text = (self.folder / "b.vti").read_bytes()
+        start = text.index(b"<AppendedData encoding=\"raw\">\n_") + 31
+        self.assertEqual(struct.unpack("<Q", text[start:start + 8])[0], truth.nbytes)
+        self.assertEqual(text[start + 8:start + 8 + truth.nbytes], truth.tobytes())
+        self.assertEqual(text[start + 8 + truth.nbytes:], b"\n</AppendedData>\n</VTKFile>\n")
+        head = text[:start].decode()
+        self.assertIn('WholeExtent="0 22 0 18 0 4" Origin="10 -20 30.5" Spacing="0.5 0.5 2.5"', head)
+        direction = [float(n) for n in re.search(r'Direction="([^"]*)"', head)[1].split()]
+        numpy.testing.assert_allclose(numpy.array(direction).reshape(3, 3), [[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]], atol=1e-12)
+        self.assertIn('type="Int16" Name="value"', head)
+
+    def test_regions_and_steps(self):
+        truth = self.encode()
+        for name in ("b.nii", "b.mha", "b.tif"):
+            self.decode(name, "--region", "2:12,4:10,1:4", "--step", "2")
+            self.encodes(truth[2:4:2, 4:10:2, 2:12:2], name, what=name)
 
     def test_big_tiff_beyond_4_gb(self):
         """By a volume of one value, whose samples are holes in a file of 4.3 GB."""

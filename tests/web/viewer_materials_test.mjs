@@ -349,50 +349,78 @@ test("over overviews, labels are still those of single samples, or not shown", a
   await values.close();
 });
 
+/** The pixel in the middle, and one 20 samples from it, where the light comes from. */
+const lookAt3d = async (page) => {
+  await frame(page);
+  await frame(page);
+  return page.evaluate(`new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
+    const { canvas } = tagridViewer.spaceView, copy = document.createElement("canvas");
+    [copy.width, copy.height] = [canvas.width, canvas.height];
+    const context = copy.getContext("2d");
+    context.drawImage(canvas, 0, 0);
+    const colorOf = (x) => [...context.getImageData(Math.round(x), canvas.height / 2, 1, 1).data].slice(0, 3);
+    // 20 samples from the middle.
+    const { volume } = tagridViewer.state;
+    const shift = (20 / Math.hypot(...volume.dims)) * 1.15 * Math.min(canvas.width, canvas.height);
+    done([canvas.width / 2, canvas.width / 2 - shift].map(colorOf));
+  })))`);
+};
+const isLike = ([r, g, b], color) => {
+  // Light adds the same to all.
+  const [x, y, z] = rgbOf(color);
+  return r + g + b > 60 && [[r - g, x - y], [g - b, y - z]].every(([found, expected]) => Math.abs(expected) < 40 || found * expected > 0);
+};
+
 test("in 3D, the visible materials have surfaces in their colors", async () => {
   const page = await open(`${ball()}&materials=${encodeURIComponent(text)}`);
   await page.until("tagridViewer.spaceView.texture");
   assert.equal(await page.evaluate(`document.querySelector(".over select").value`), "materials");
-  /** The pixel in the middle, and one near the edge of the ball of soft values, where the light comes from. */
-  const look = async () => {
-    await frame(page);
-    await frame(page);
-    return page.evaluate(`new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
-      const { canvas } = tagridViewer.spaceView, copy = document.createElement("canvas");
-      [copy.width, copy.height] = [canvas.width, canvas.height];
-      const context = copy.getContext("2d");
-      context.drawImage(canvas, 0, 0);
-      const colorOf = (x) => [...context.getImageData(Math.round(x), canvas.height / 2, 1, 1).data].slice(0, 3);
-      // 20 samples from the middle.
-      const { volume } = tagridViewer.state;
-      const shift = (20 / Math.hypot(...volume.dims)) * 1.15 * Math.min(canvas.width, canvas.height);
-      done([canvas.width / 2, canvas.width / 2 - shift].map(colorOf));
-    })))`);
-  };
-  const isLike = ([r, g, b], color) => {
-    // Light adds the same to all.
-    const [x, y, z] = rgbOf(color);
-    return r + g + b > 60 && [[r - g, x - y], [g - b, y - z]].every(([found, expected]) => Math.abs(expected) < 40 || found * expected > 0);
-  };
   await picture(page, "materials-3d");
-  let [middle, edge] = await look();
+  let [middle, edge] = await lookAt3d(page);
   assert.ok(isLike(edge, palette[1]), `soft: ${edge}`);
   // Bone is seen through what is around it; air, which has no lower limit, is not drawn.
   assert.notDeepEqual(middle, edge);
   await page.evaluate(`document.querySelectorAll("#legend input")[1].click()`);
-  [middle, edge] = await look();
+  [middle, edge] = await lookAt3d(page);
   assert.ok(isLike(middle, palette[2]), `bone: ${middle}`);
   assert.deepEqual(edge, [0, 0, 0]);
   await page.evaluate(`document.querySelectorAll("#legend input")[2].click()`);
-  assert.deepEqual(await look(), [[0, 0, 0], [0, 0, 0]]);
+  assert.deepEqual(await lookAt3d(page), [[0, 0, 0], [0, 0, 0]]);
   // Without colors, it is the surface of one value again.
   await page.evaluate(`{ const choice = document.getElementById("color-by"); choice.value = "none";
     choice.dispatchEvent(new Event("change")); }`);
   assert.equal(await page.evaluate(`document.querySelector(".over select").value`), "surface");
-  [middle] = await look();
+  [middle] = await lookAt3d(page);
   assert.ok(Math.max(...middle) > 40, `${middle}`);
   assert.deepEqual(page.errors, []);
   await page.close();
+});
+
+test("in 3D, a sample that is equal to the lower end of a material belongs to it", async () => {
+  const value = (x, y, z) => {
+    const r = Math.hypot(x - 35, y - 30, z - 25);
+    return r < 5 ? 3 : r < 12 ? 2 : r < 24 ? 1 : 0;
+  };
+  const file = write("few", dims, Uint8Array, value, space);
+  const page = await open(`${file}&materials=${encodeURIComponent("a=1:2,b=2:3,c=3:")}`);
+  await page.until("tagridViewer.spaceView.texture");
+  const [middle, edge] = await lookAt3d(page);
+  assert.ok(isLike(edge, palette[0]), `a: ${edge}`);
+  assert.notDeepEqual(middle, edge);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+});
+
+test("labels that lie elsewhere are colored, with a note", async () => {
+  const file = write("here", dims, Uint8Array, () => 5, space);
+  const mirrored = ["space: LPS", "space directions: (-1,0,0) (0,1,0) (0,0,1)"];
+  for (const [lines, note] of [[space, /^$/], [mirrored, /lie elsewhere than the samples/]]) {
+    const labels = write("places", dims, Uint8Array, () => 1, lines, "--overviews", "none");
+    const page = await open(`${file}&label-volume=/${labels}`);
+    await page.until("tagridViewer.state.colors");
+    assert.match(await textOf(page, "colors-note"), note);
+    await page.close();
+  }
 });
 
 test("another volume of the file keeps the colors, and another file gets them", async () => {

@@ -11,6 +11,7 @@
 #include "io/system/this_process.h"
 #include "io/tag/bricks.h"
 #include "io/text/addresses.h"
+#include "pipeline/materials/settings.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/local_site.h"
 #include "tools/options/material_options.h"
@@ -49,8 +50,14 @@ struct ViewCommand {
     const std::shared_ptr<const ByteSource> file = open_source(input);
     // A file that cannot be shown is an error here, not in the page.
     static_cast<void>(TagBricks(file));
-    if (colors.are_given()) static_cast<void>(material_options(colors));
-    if (!colors.label_volume.empty()) static_cast<void>(MaterialMeshInputs(input, 0, colors.label_volume));
+    if (colors.are_given()) {
+      const MaterialMeshInputs inputs(input, 0, colors.label_volume);
+      std::vector<std::string> warnings =
+          settle_materials(inputs.samples(), material_options(colors)).warnings;
+      warnings.insert(warnings.end(), inputs.warnings.begin(), inputs.warnings.end());
+      for (const std::string& warning : warnings)
+        if (!quiet) say("tagrid: warning: {}", warning);
+    }
 
     const std::string token = random_token(), root = "/" + token + "/";
     WebSite site;

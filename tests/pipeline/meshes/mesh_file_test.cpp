@@ -98,20 +98,44 @@ TEST_F(MeshFile, SameBytesForAnyThreadCount) {
   EXPECT_EQ(content("one.vtu"), content("four.vtu"));
 }
 
+TEST_F(MeshFile, AWrongCommandIsAUsageErrorAndLeavesNothing) {
+  encode(volume_, options_);
+  const auto before = names();
+  for (const int level : {-1, 10, 1000})
+    EXPECT_THROW(write_mesh(path("v.tag"), path("m.vtu"), {level, false, false}, Resources(1)), UsageError)
+        << level;
+  EXPECT_TRUE(has(message_of<UsageError>([&] { write_mesh(path("v.tag"), path("m.vtk"), {}, Resources(1)); }),
+                  ".vtu"));
+  EXPECT_EQ(names(), before);
+  write_mesh(path("v.tag"), path("m.vtu"), {9, false, false}, Resources(1));
+  EXPECT_THROW(write_mesh(path("v.tag"), path("m.vtu"), {}, Resources(1)), UsageError);
+  EXPECT_NO_THROW(write_mesh(path("v.tag"), path("m.vtu"), {{}, false, true}, Resources(1)));
+}
+
 TEST_F(MeshFile, AVolumeOfOneSliceIsRefusedUnlessItIsPadded) {
-  for (const Index3 dims : {Index3{11, 18, 1}, Index3{1, 18, 9}, Index3{11, 1, 9}})
-    for (const std::optional<double> coarsen : {std::optional<double>(), std::optional(5.0)}) {
-      encode(spiky_volume(dims, 3), options_);
-      const auto before = names();
-      try {
-        write_mesh(path("v.tag"), path("m.vtu"), {{}, false, true, coarsen}, Resources(1));
-        ADD_FAILURE();
-      } catch (const UsageError& error) {
-        EXPECT_EQ(error.detail().problem, Problem::mesh_fills_no_space) << error.what();
-      }
-      EXPECT_EQ(names(), before);
-      EXPECT_NO_THROW(write_mesh(path("v.tag"), path("padded.vtu"), {{}, true, true, coarsen}, Resources(1)));
+  for (const Index3 dims : {Index3{11, 18, 1}, Index3{1, 18, 9}, Index3{11, 1, 9}}) {
+    encode(spiky_volume(dims, 3), options_);
+    const auto before = names();
+    try {
+      write_mesh(path("v.tag"), path("m.vtu"), {{}, false, true}, Resources(1));
+      ADD_FAILURE();
+    } catch (const UsageError& error) {
+      EXPECT_EQ(error.detail().problem, Problem::mesh_fills_no_space) << error.what();
     }
+    EXPECT_EQ(names(), before);
+    EXPECT_NO_THROW(write_mesh(path("v.tag"), path("padded.vtu"), {{}, true, true}, Resources(1)));
+  }
+}
+
+TEST_F(MeshFile, ATruncatedFileIsBrokenAndLeavesNothing) {
+  encode(volume_, options_);
+  const std::string whole = content("v.tag");
+  for (const std::size_t size : {std::size_t{5}, whole.size() / 2, whole.size() - 1}) {
+    file("cut.tag", whole.substr(0, size));
+    const auto before = names();
+    EXPECT_THROW(write_mesh(path("cut.tag"), path("m.vtu"), {}, Resources(2)), BrokenInput) << size;
+    EXPECT_EQ(names(), before);
+  }
 }
 
 // A file made from two others whose grids differ on the face between two layers: the mesh has cracks there,
@@ -315,6 +339,19 @@ TEST_F(MeshRegion, NeedsOnlyTheBricksAroundIt) {
   EXPECT_EQ(content("after.vtu"), content("before.vtu"));
   EXPECT_THROW(write_mesh(path("v.tag"), path("x.vtu"), {{}, false, true, {}, near}, Resources(2)),
                BrokenInput);
+}
+
+TEST_F(MeshRegion, OutsideOfTheVolumeIsRefused) {
+  const Index3 dims{21, 18, 19};
+  encode(spiky_volume(dims, 5), small_bricks);
+  const auto before = names();
+  for (const Box& box : {Box{{0, 0, 0}, {21, 1, 1}}, Box{{-1, 0, 0}, {1, 1, 1}}, Box{{3, 3, 3}, {3, 2, 3}},
+                         Box{{30, 30, 30}, {31, 31, 31}}})
+    for (const bool padded : {false, true})
+      EXPECT_THROW(
+          write_mesh(path("v.tag"), path("x.vtu"), {{}, padded, true, {}, region(box)}, Resources(1)),
+          UsageError);
+  EXPECT_EQ(names(), before);
 }
 
 }  // namespace

@@ -196,6 +196,38 @@ TEST_F(Surfaces, OfARegionHaveTheTrianglesOfItsTetrahedra) {
   }
 }
 
+TEST_F(Surfaces, AWrongCommandIsAUsageErrorAndLeavesNothing) {
+  EncodeOptions options{.cube_size = 8};
+  encode(stepped_volume({9, 9, 9}, 5), options);
+  const auto before = names();
+  const auto refused = [&](const SurfaceOptions& wrong, const std::string& output) {
+    EXPECT_THROW(write_surface(path("v.tag"), path(output), wrong, Resources(1)), UsageError);
+    EXPECT_EQ(names(), before);
+  };
+  refused({.iso = 1, .level = 10}, "x.ply");
+  refused({.iso = 1, .level = -1}, "x.ply");
+  refused({.iso = 1}, "x.vtu");
+  WantedRegion outside;
+  outside.high[0] = 10;
+  refused({.iso = 1, .region = outside}, "x.ply");
+  for (const Index3 dims : {Index3{9, 9, 1}, {1, 9, 9}, {9, 1, 1}}) {
+    encode(stepped_volume(dims, 5), options);
+    refused({.iso = 1}, "x.ply");
+  }
+}
+
+TEST_F(Surfaces, ATruncatedFileIsBrokenAndLeavesNothing) {
+  EncodeOptions options{.cube_size = 8};
+  encode(stepped_volume({20, 9, 9}, 5), options);
+  const std::string whole = content("v.tag");
+  for (const std::size_t size : {std::size_t{5}, whole.size() / 2, whole.size() - 1}) {
+    file("cut.tag", whole.substr(0, size));
+    const auto before = names();
+    EXPECT_THROW(write_surface(path("cut.tag"), path("x.ply"), {.iso = 1}, Resources(2)), BrokenInput);
+    EXPECT_EQ(names(), before);
+  }
+}
+
 // Real volumes in ../shared/data.
 TEST_F(Surfaces, OfTheLobsterAreManifoldsForAnyBricks) {
   const std::string samples = TAGRID_SOURCE_DIR "/../shared/data/lobster.raw";
@@ -222,6 +254,8 @@ TEST_F(Surfaces, OfTheLobsterAreManifoldsForAnyBricks) {
 }
 
 // Where surfaces lie in the world, which way they face, and what a value means.
+
+using Place = std::array<double, 3>;
 
 // Six times the volume that a closed surface encloses.
 double six_volumes_in(const PlySurface& s) {

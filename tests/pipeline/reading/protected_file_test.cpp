@@ -150,22 +150,69 @@ TEST_F(ProtectedTag, IsOpenedByThreeReads) {
   EXPECT_EQ(plain->reads().size(), 2U);
 }
 
-// The laws of parity are those of tests/io/parity/parity_test.cpp.
-TEST_F(ProtectedTag, AnyPartComesBackFromScatteredDamageOrABurst) {
+TEST_F(ProtectedTag, AnyPartComesBackFromScatteredDamage) {
   Random random(1);
-  for (int i = 0; i < 2 * damaged_files(); ++i) {
-    const Part& part = parts_[static_cast<std::size_t>(i / 2) % parts_.size()];
+  for (int i = 0; i < damaged_files(); ++i) {
+    const Part& part = parts_[static_cast<std::size_t>(i) % parts_.size()];
     std::string bytes = whole_;
-    const std::uint64_t count = i % 2 ? 1 : 1 + below(random, layout_.parity);
+    const std::uint64_t count = 1 + below(random, layout_.parity);
     for (std::uint64_t k = 0; k < count; ++k) {
       const std::uint64_t at = part.begin + below(random, std::min(part.end, bytes.size()) - part.begin);
-      damage(random, bytes, at, at + 1 + (i % 2 ? below(random, layout_.burst()) : 0));
+      damage(random, bytes, at, at + 1);
     }
     if (bytes == whole_) continue;  // the same byte, twice
-    if (i % 7 == 0) bytes.append(1 + below(random, 100), 'x');
     expect_repaired(bytes, part.name, i);
     if (HasFatalFailure()) return;
   }
+}
+
+TEST_F(ProtectedTag, AnyPartComesBackFromABurst) {
+  Random random(2);
+  for (int i = 0; i < damaged_files(); ++i) {
+    const Part& part = parts_[static_cast<std::size_t>(i) % parts_.size()];
+    std::string bytes = whole_;
+    const std::uint64_t begin = part.begin + below(random, std::min(part.end, bytes.size()) - part.begin);
+    damage(random, bytes, begin, begin + 1 + below(random, layout_.burst()));
+    expect_repaired(bytes, part.name, i);
+    if (HasFatalFailure()) return;
+  }
+}
+
+TEST_F(ProtectedTag, BothEndsMayBeMissing) {
+  Random random(3);
+  for (int i = 0; i < damaged_files(); ++i) {
+    std::string bytes = whole_;
+    const std::uint64_t length = 1 + below(random, layout_.burst());
+    if (i % 3 == 0)
+      bytes.resize(bytes.size() - length);
+    else if (i % 3 == 1)
+      std::fill_n(bytes.begin(), length, '\0');
+    else
+      bytes.append(length, 'x');  // bytes that follow
+    expect_repaired(bytes, "ends", i);
+    if (HasFatalFailure()) return;
+  }
+}
+
+// Beyond the promise, either everything comes back or it is said that something does not.
+TEST_F(ProtectedTag, MoreDamageIsNeverRepairedWrongly) {
+  Random random(4);
+  int refused = 0;
+  for (int i = 0; i < damaged_files(); ++i) {
+    std::string bytes = whole_;
+    const std::uint64_t count = 1 + below(random, 3 * layout_.parity);
+    for (std::uint64_t k = 0; k < count; ++k) {
+      const std::uint64_t begin = below(random, bytes.size());
+      damage(random, bytes, begin, begin + 1 + below(random, 2 * layout_.burst()));
+    }
+    const Repaired result = repaired(bytes);
+    if (result.found && result.condition.is_repairable()) {
+      ASSERT_TRUE(result.bytes == whole_) << i;
+    } else {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, damaged_files() / 10);
 }
 
 TEST_F(ProtectedTag, SalvageFindsTheIndexWithoutTheFoot) {

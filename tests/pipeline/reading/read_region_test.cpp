@@ -137,8 +137,51 @@ TEST_F(ReadRegion, GivesTheSamplesOfTheWholeVolume) {
   rc::check([&] { expect_region(file, whole, any_region()); });
 }
 
-// Root cubes of 32 and bricks of 64, which are the defaults: a chunk of 64 samples along each axis is a brick, and is
-// read alone.
+TEST_F(ReadRegion, PutsSamplesWhereStridesSay) {
+  encode<std::uint8_t>(false);
+  const TagBricks file(source_);
+  const auto whole = read_samples<std::uint8_t>(path("whole.nrrd"));
+  const Region region{{{3, 9, 2}, {20, 30, 17}}, {2, 3, 1}};
+  const Index3 n = region.shape();
+  // z fastest, y backwards, and a byte of room behind every sample.
+  const Strides strides = {2 * n.z * n.y, -2 * n.z, 2};
+  std::vector<std::uint8_t> samples(static_cast<std::size_t>(2 * n.x * n.y * n.z), 99);
+  auto* first = reinterpret_cast<std::byte*>(samples.data()) + 2 * n.z * (n.y - 1);
+  read_region(file, {file.parameters().domain().points_of(region.box), region.step}, {first, strides}, 2);
+  for_each_sample(region, [&](Index3 number, Index3 p) {
+    const auto* at = first + number.x * strides[0] + number.y * strides[1] + number.z * strides[2];
+    EXPECT_EQ(std::to_integer<int>(at[0]), whole[static_cast<std::size_t>(Box::of_size(dims).offset(p))]);
+    EXPECT_EQ(std::to_integer<int>(at[1]), 99);
+  });
+}
+
+// Root cubes of 32 and bricks of 64, which are the defaults.
+TEST_F(ReadRegion, ReadsTheBricksThatItMeetsAndNothingElse) {
+  const Index3 large{129, 130, 131};
+  write_nrrd(path("in.nrrd"), large, blobs<std::uint8_t>(large, 1));
+  encode_volume(path("in.nrrd"), {}, path("file.tag"), true, {.grid = GridOrigin::derived}, Resources(2));
+  const auto source = std::make_shared<MemorySource>(file_content(path("file.tag")));
+  const TagBricks file(source);
+  std::uint64_t of_opening = 0;
+  for (const auto& [begin, end] : source->reads()) of_opening += end - begin;
+  EXPECT_LE(of_opening, 4096 + largest_end);
+  const Region region{{{40, 50, 60}, {103, 113, 123}}};
+  std::vector<std::byte> samples(64 * 64 * 64);
+  read_region(file, region, {samples.data(), {1, 64, 64 * 64}}, 2);
+  const std::vector<std::int64_t> ids = bricks_of(region, file.parameters().bricks());
+  EXPECT_EQ(ids.size(), 8U);
+  std::set<std::pair<std::uint64_t, std::uint64_t>> expected;
+  // The sizes of the only page, behind the last brick.
+  const std::uint64_t page = file.start(26) + file.block_bytes(26);
+  expected.emplace(page - 8, page + file.index().pages.at(0).sizes_bytes);
+  for (const std::int64_t id : ids)  // and the checksum before
+    expected.emplace(file.start(id) - 8, file.start(id) + file.block_bytes(id));
+  const auto reads = source->reads();
+  EXPECT_EQ(std::set(reads.begin(), reads.end()), expected);
+  EXPECT_EQ(reads.size(), expected.size());
+}
+
+// A chunk of 64 samples along each axis is a brick, and is read alone.
 TEST_F(ReadRegion, AnAlignedChunkIsOneBrick) {
   const Index3 large{129, 130, 131};
   const auto whole = blobs<std::uint8_t>(large, 1);
@@ -160,6 +203,28 @@ TEST_F(ReadRegion, AnAlignedChunkIsOneBrick) {
     for (const auto [x, y, z] : points_of(box))
       ASSERT_EQ(samples[i++], whole[static_cast<std::size_t>(Box::of_size(large).offset({x, y, z}))]);
   }
+}
+
+TEST_F(ReadRegion, ADamagedBrickIsNeverHandedOut) {
+  encode<std::int16_t>(false);
+  const std::string good = file_content(path("file.tag"));
+  const auto whole = read_samples<std::int16_t>(path("whole.nrrd"));
+  const Region region{{{10, 10, 10}, {25, 25, 25}}};
+  std::size_t refused = 0;
+  for (std::size_t at = 0; at < good.size(); at += 37) {
+    std::string bad = good;
+    bad[at] = static_cast<char>(bad[at] ^ 0x10);
+    try {
+      const TagBricks file(std::make_shared<MemorySource>(bad));
+      expect_region(file, whole, region);
+    } catch (const BrokenInput&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 0U);
+  // Every truncation is found when the file is opened.
+  for (std::size_t size = 0; size < good.size(); size += 101)
+    EXPECT_THROW(TagBricks(std::make_shared<MemorySource>(good.substr(0, size))), BrokenInput) << size;
 }
 
 TEST_F(ReadRegion, WhatFollowsAFileIsToldHoweverItIsRead) {

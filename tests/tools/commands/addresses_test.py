@@ -1,5 +1,8 @@
 """Files on servers are read as files of this machine are, in few requests; and a server that misbehaves is an error that
-says so, after which nothing is left."""
+says so, after which nothing is left.
+
+    addresses_test.py TAGRID
+"""
 
 import hashlib
 import hmac
@@ -15,7 +18,7 @@ import urllib.parse
 
 from program import ProgramTest, TAGRID, numpy
 from web_server import (WebServer, after, endless_headers, gzipped, late_trickle, of_another_protocol, page, page_as_part,
-                        part_as_200, redirected_to, short, silent, silent_in_body, slow_redirections,
+                        part_as_200, redirected_to, short, silent, silent_in_body, slow_link, slow_redirections,
                         trickled_body, trickled_headers, trickled_status, until, without_ranges)
 
 IS_SANITIZED = b"__asan_init" in TAGRID.read_bytes()
@@ -151,6 +154,25 @@ class Addresses(ProgramTest):
                 far = self.tagrid("decode", url, *arguments).stdout
                 self.assertEqual(far, self.tagrid("decode", "local.tag", *arguments).stdout)
                 self.assertLessEqual(len(server.requests) - 2, most, (region, server.ranges()))
+
+    def test_reading_front_to_back_takes_few_requests_and_connections(self):
+        with self.server() as server:
+            self.tagrid("decode", server.url + "/scan.tag", "-o", "-")
+            # 64 KiB, and then 128, 256 ... up to 2 MiB.
+            self.assertLessEqual(len(server.requests), 7 + len(self.data) // (2 << 20))
+            self.assertLessEqual(server.connections, 2)
+            sent = sum(int(last) - int(first) + 1 for first, last in
+                       (text.split("=")[1].split("-") for text in server.ranges()))
+            self.assertLess(sent, 1.1 * len(self.data))
+
+    def test_bricks_that_are_larger_than_what_is_kept_come_in_parts(self):
+        self.tagrid("encode", "-", "--dims", "260,200,200", "--type", "int16", "--brick", "6", "-o", "large.tag",
+                    input=self.raw)
+        data = (self.folder / "large.tag").read_bytes()
+        with self.server(**{"/large.tag": data}) as server:
+            for arguments in ([], ["--region", "10:250,20:180,30:70"]):
+                self.assertEqual(self.tagrid("decode", server.url + "/large.tag", *arguments, "-o", "-").stdout,
+                                 self.tagrid("decode", "large.tag", *arguments, "-o", "-").stdout)
 
     def test_all_requests_after_the_first_one_want_its_version(self):
         with self.server() as server:
@@ -438,6 +460,14 @@ class Addresses(ProgramTest):
         folder.mkdir(parents=True)
         shutil.copy(self.folder / "small.tag", folder / "small.tag")
         self.tagrid("info", "./http://x/small.tag")
+
+    def test_a_slow_server_is_waited_for(self):
+        with self.server(slow_link) as server:
+            begin = time.monotonic()
+            run = self.tagrid("info", server.url + "/scan.tag", "--json").stdout
+            self.assertGreater(time.monotonic() - begin, 5)
+        self.assertEqual(run.replace(server.url.encode() + b"/scan.tag", b"local.tag"),
+                         self.tagrid("info", "local.tag", "--json").stdout)
 
     def test_addresses_that_look_alike_are_not_one_file(self):
         with self.server(**{"/get?file=1": self.data, "/get?file=2": self.small}) as server:

@@ -1,4 +1,7 @@
-"""Overviews are the means of blocks, however a volume is encoded: an oracle computes them from the whole volume."""
+"""Overviews are the means of blocks, however a volume is encoded: an oracle computes them from the whole volume.
+
+    overviews_test.py TAGRID
+"""
 
 import json
 import shutil
@@ -238,6 +241,17 @@ class Overviews(ProgramTest):
         data = self.encode(volume, "a.tag", "--overviews", "4")
         self.assertIn(b"only their checksums were checked", self.tagrid("verify", "-", input=data).stdout)
         self.assertNotIn(b"checksums", self.tagrid("verify", "a.tag").stdout)
+
+    def test_members_of_unknown_kinds_are_skipped_and_named(self):
+        volume = self.volume("uint8", (6, 7, 9))
+        data = self.encode(volume, "a.tag", "--overviews", "4")
+        new = Forged(data).with_members([(77, 0, b"from the future")]).data()
+        (self.folder / "b.tag").write_bytes(new)
+        self.tagrid("verify", "b.tag", "-q")
+        self.assertIn(b"kind 77", self.tagrid("info", "b.tag").stdout)
+        self.assertEqual(self.tagrid("decode", "-", "-q", "-o", "-", "--format", "raw", input=new).stdout,
+                         volume.tobytes())
+        self.assertEqual(self.info("b.tag")["overviews"], [])
 
 
 if __name__ == "__main__":

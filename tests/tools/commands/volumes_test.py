@@ -1,4 +1,7 @@
-"""Files of several volumes: numpy and the bytes of NIfTI files say what is in them."""
+"""Files of several volumes: numpy and the bytes of NIfTI files say what is in them.
+
+    volumes_test.py TAGRID
+"""
 
 import gzip
 import json
@@ -67,13 +70,12 @@ class Volumes(ProgramTest):
                         numpy.testing.assert_array_equal(self.decoded("scan.tag", number, type, shape[1:]), volume)
                     self.tagrid("verify", "scan.tag", "--against", name, "-q")
 
-    def test_an_input_is_removed_and_comes_back_byte_for_byte(self):
+    def test_the_nifti_file_comes_back_byte_for_byte(self):
         for type in ("int16", "float32"):
             data = self.write("scan.nii", nifti(moments(type, (3, 6, 7, 70))))
-            self.tagrid("encode", "scan.nii", "--rm", "-q", "-f")
-            self.assertFalse((self.folder / "scan.nii").exists())
-            self.tagrid("restore", "scan.tag", "-o", ".", "-q")
-            self.assertEqual((self.folder / "scan.nii").read_bytes(), data)
+            self.tagrid("encode", "scan.nii", "-q", "-f")
+            self.tagrid("restore", "scan.tag", "-o", "back", "-q", "-f")
+            self.assertEqual((self.folder / "back/scan.nii").read_bytes(), data)
 
     def test_all_volumes_are_decoded_to_nifti(self):
         volumes = moments("int16", (6, 5, 6, 70))
@@ -243,6 +245,16 @@ class Volumes(ProgramTest):
         self.assertEqual([box["volume"] for box in damaged], [0, 2])
         self.assertEqual(damaged[1]["high"], [70, 70, 70])
 
+    def test_parity_repairs_a_volume(self):
+        self.write("scan.nii", nifti(moments("int16", (3, 5, 60, 70))))
+        self.tagrid("encode", "scan.nii", "-q", "--parity", "10%")
+        good = (self.folder / "scan.tag").read_bytes()
+        data = bytearray(good)
+        data[len(data) // 2] ^= 255
+        (self.folder / "scan.tag").write_bytes(data)
+        self.tagrid("repair", "scan.tag", "-o", "back.tag", "-q")
+        self.assertEqual((self.folder / "back.tag").read_bytes(), good)
+
     def test_an_archive_is_converted_and_its_original_removed(self):
         (self.folder / "archive").mkdir()
         data = nifti(moments("int16", (3, 5, 6, 70)))
@@ -289,6 +301,13 @@ class Volumes(ProgramTest):
         self.assertIn(b"differ by up to", self.tagrid("restore", "--records", "out").stderr)
         self.assertNotEqual((self.folder / "archive/scan.nii").read_bytes(), data)
 
+    def test_an_input_is_removed_after_a_proof(self):
+        data = self.write("scan.nii", nifti(moments("int16", (3, 5, 6, 70))))
+        self.tagrid("encode", "scan.nii", "--rm", "-q")
+        self.assertFalse((self.folder / "scan.nii").exists())
+        self.tagrid("restore", "scan.tag", "-o", ".", "-q")
+        self.assertEqual((self.folder / "scan.nii").read_bytes(), data)
+
     def test_a_run_that_continues_is_refused(self):
         self.write("scan.nii", nifti(moments("int16", (3, 5, 6, 70))))
         self.assertIn(b"3 volumes", self.tagrid("encode", "scan.nii", "--resume", code=64).stderr)
@@ -303,6 +322,13 @@ class Volumes(ProgramTest):
         self.write("one.nii", nifti(moments("int16", (1, 5, 6, 70))))
         self.tagrid("encode", "one.nii", "--series", "all", "-q")
         self.assertEqual(self.info("one.tag")["volumes"], 1)
+
+    def test_the_report_counts_all_volumes(self):
+        volumes = numpy.zeros((4, 10, 20, 30), "int16")
+        (self.folder / "scan.nii.gz").write_bytes(gzip.compress(nifti(volumes)))
+        told = self.tagrid("encode", "scan.nii.gz", "-v").stderr
+        self.assertIn(b"48.0 kB -> ", told)
+        self.assertTrue((self.folder / "scan.tag").exists())
 
     def test_many_volumes(self):
         volumes = moments("uint8", (3000, 2, 3, 4))

@@ -16,6 +16,10 @@ class Handler(BaseHTTPRequestHandler):
     def log_message(self, *_):
         pass
 
+    def setup(self):
+        super().setup()
+        self.server.connections += 1
+
     def do_GET(self):
         with self.server.lock:
             self.server.requests.append((self.path, dict(self.headers)))
@@ -87,7 +91,7 @@ class WebServer(ThreadingHTTPServer):
     def __init__(self, files, misbehave=lambda handler, number: False):
         super().__init__(("127.0.0.1", 0), Handler)
         self.files, self.misbehave = dict(files), misbehave
-        self.requests, self.lock = [], threading.Lock()
+        self.requests, self.connections, self.lock = [], 0, threading.Lock()
         self.url = f"http://127.0.0.1:{self.server_port}"
 
     def __enter__(self):
@@ -187,6 +191,17 @@ def endless_headers(handler, _):
 def slow_redirections(handler, number):
     time.sleep(0.9)
     handler.respond(302, {"Location": f"/hop{number}/scan.tag"})
+    return True
+
+
+def slow_link(handler, _):
+    """A right answer, at 32 KiB a second."""
+    span = handler.wanted()
+    content = handler.content()[slice(*span)]
+    handler.answer(body=b"", length=len(content))
+    for at in range(0, len(content), 8192):
+        handler.wfile.write(content[at:at + 8192])
+        time.sleep(0.25)
     return True
 
 

@@ -73,7 +73,7 @@ export class LabelColors {
   areOfValues = false;
   /** Those that have a name; without names, those that were painted, from low labels to high ones. */
   materials = [];
-  /** Is called when `materials` becomes longer. */
+  /** Is called with each material that `materials` gets later. */
   onNew = () => {};
   #byLabel = new Map();
   #hasNames;
@@ -88,11 +88,14 @@ export class LabelColors {
 
   #add(label, name) {
     const material = { name, label, ...colorOf(label + palette.length - 1), isVisible: true };
-    const after = this.materials.findIndex((other) => other.label > label);
+    // Mostly the last one.
+    const isLast = !(this.materials.at(-1)?.label > label);
+    const after = isLast ? -1 : this.materials.findIndex((other) => other.label > label);
     this.materials.splice(after < 0 ? this.materials.length : after, 0, material);
     this.#byLabel.set(label, material);
     this.#isKnown[label] = 1;
     this.#pixels[label] = material.pixel;
+    return material;
   }
 
   #meet(label) {
@@ -100,8 +103,7 @@ export class LabelColors {
     this.#isKnown[label] = 1;
     // Without names, all labels but 0 are materials.
     if (this.#hasNames || label === 0) return;
-    this.#add(label, nameWithout(label));
-    this.onNew();
+    this.onNew(this.#add(label, nameWithout(label)));
   }
 
   setVisible(material, isVisible) {

@@ -174,6 +174,20 @@ export function requireLabels({ type, range, bounds }, file) {
     );
 }
 
+/** True if samples of two volumes of the same size are at other positions, as far as both state where they are. */
+export function lieElsewhere({ geometry: a }, { geometry: b, dims }) {
+  if (!a.spacing || !b.spacing) return false;
+  const tenth = Math.abs(b.spacing[0] || 1) / 10;
+  const differ = (u, v) => Math.hypot(...u.map((n, i) => n - v[i])) > tenth;
+  if (a.origin && b.origin && differ(a.origin, b.origin)) return true;
+  if (!a.directions !== !b.directions) return false;
+  const across = ({ spacing, directions }) =>
+    directions
+      ? [0, 1, 2].map((row) => directions.reduce((sum, step, axis) => sum + step[row] * (dims[axis] - 1), 0))
+      : spacing.map((step, axis) => step * (dims[axis] - 1));
+  return differ(across(a), across(b));
+}
+
 /** Fails with an Error if there are not as many labels as samples. */
 export function requireSameSize(labels, labelFile, volume, file) {
   if (labels.dims.some((n, axis) => n !== volume.dims[axis]))

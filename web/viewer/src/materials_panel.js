@@ -1,6 +1,8 @@
 // The panel of materials and labels: what samples are colored by, how, and a legend.
 import { LabelColors, ValueColors } from "./colors.js";
-import { materialsOf, namesInFile, namesOf, nameWithout, requireLabels, requireSameSize } from "./materials.js";
+import {
+  lieElsewhere, materialsOf, namesInFile, namesOf, nameWithout, requireLabels, requireSameSize,
+} from "./materials.js";
 import { numberText } from "./numbers.js";
 
 const element = (id) => document.getElementById(id);
@@ -129,8 +131,7 @@ export class MaterialsPanel {
     } catch (error) {
       this.#say(error.message);
     }
-    for (const material of state.colors?.materials ?? [])
-      if (this.#hidden.has(material.name)) state.colors.setVisible(material, false);
+    for (const material of state.colors?.materials ?? []) this.#hide(material);
     element("colors-use").hidden = !state.colors;
     element("legend").replaceChildren();
     this.#list();
@@ -153,7 +154,16 @@ export class MaterialsPanel {
     requireLabels(labels.volume, labels.name);
     state.labels = labels;
     state.colors = new LabelColors(this.#names);
-    state.colors.onNew = () => (this.#isListed = false);
+    state.colors.onNew = (material) => {
+      this.#hide(material);
+      this.#isListed = false;
+    };
+    if (labels.volume !== volume && lieElsewhere(labels.volume, volume))
+      this.#say(`the labels in ${labels.name} lie elsewhere than the samples of ${name}`);
+  }
+
+  #hide(material) {
+    if (this.#hidden.has(keyOf(material))) this.#state.colors.setVisible(material, false);
   }
 
   #say(text, isError = true) {
@@ -192,8 +202,8 @@ export class MaterialsPanel {
     label.append(material.name);
     row.appendChild(document.createElement("span")).textContent = meaningOf(material);
     box.addEventListener("change", () => {
-      if (box.checked) this.#hidden.delete(material.name);
-      else this.#hidden.add(material.name);
+      if (box.checked) this.#hidden.delete(keyOf(material));
+      else this.#hidden.add(keyOf(material));
       this.#state.colors.setVisible(material, box.checked);
       this.#onChange();
     });
@@ -201,6 +211,9 @@ export class MaterialsPanel {
     return row;
   }
 }
+
+/** What a material is when limits change, or another volume is shown. */
+const keyOf = ({ label, name }) => label ?? name;
 
 /** The label of a material, or its values: from the lower end up to, but not including, the higher one. */
 function meaningOf({ name, label, low, high }) {

@@ -11,6 +11,14 @@ const samplesUnasked = 4e6;
 const mostSamples = 160e6;
 const longest = 256;
 
+/**
+ * A step of half floats below a number from 0 to 1. The texture has half floats, and a sample that is equal to the lower
+ * end of a material may have been rounded down.
+ */
+function beforeHalf(number) {
+  return number > 0 ? number - 2 ** (Math.max(Math.floor(Math.log2(number)), -14) - 10) : number;
+}
+
 export class SpaceView {
   #section;
   #state;
@@ -176,7 +184,7 @@ export class SpaceView {
       const rgb = [0, 8, 16].map((shift) => ((material.pixel >>> shift) & 255) / 255);
       return [...rgb, i === innermost ? 1 : opacity];
     });
-    return { ends: ends.map((end) => (end - low) / (high - low)), tints };
+    return { ends: ends.map((end) => beforeHalf((end - low) / (high - low))), tints };
   }
 
   /** The level that is read: the finest that fits, or the coarsest. */
@@ -232,7 +240,7 @@ export class SpaceView {
     }
     if (!(low < high)) [low, high] = [Number.isFinite(low) ? low : 0, (Number.isFinite(low) ? low : 0) + 1];
     for (let i = 0; i < values.length; ++i)
-      values[i] = Number.isFinite(values[i]) ? (values[i] - low) / (high - low) : 0;
+      values[i] = values[i] === Infinity ? 1 : Number.isFinite(values[i]) ? (values[i] - low) / (high - low) : 0;
     this.#start();
     const gl = this.#gl;
     if (this.texture) gl.deleteTexture(this.texture);
