@@ -74,14 +74,18 @@ class View(ProgramTest):
         _, query = self.query("--materials", text)
         self.assertEqual((query["materials"], len(query)), ([text], 2))
         self.assertNotIn("materials", self.query()[1])
+        (self.folder / "labels.raw").write_bytes(bytes(i % 3 for i in range(90 * 80 * 70)))
+        self.tagrid("encode", "labels.raw", "--dims", "90,80,70", "--type", "uint8", "-o", "the labels.tag", "-q")
         names = "1=left & right,2=bone+"
         for labels in ("all", names):
-            self.assertEqual(self.query("--labels", labels)[1]["labels"], [labels])
+            query = self.query("--label-volume", "the labels.tag", "--labels", labels)[1]
+            self.assertEqual(query["labels"], [labels])
         # Files are served, too.
         (self.folder / "names.csv").write_text("1,soft\n2,bone\n")
-        viewer, query = self.query("--labels", "names.csv", "--label-volume", "my scan%.tag")
+        viewer, query = self.query("--labels", "names.csv", "--label-volume", "the labels.tag")
         self.assertEqual(viewer.ask(viewer.root + query["labels"][0]).content, b"1,soft\n2,bone\n")
-        self.assertEqual(viewer.ask(viewer.root + query["label-volume"][0]).content, self.bytes)
+        self.assertEqual(viewer.ask(viewer.root + query["label-volume"][0]).content,
+                         (self.folder / "the labels.tag").read_bytes())
         self.assertEqual(viewer.ask(viewer.file).content, self.bytes)
 
     def test_materials_and_labels_that_cannot_be_understood_are_refused(self):
@@ -90,6 +94,8 @@ class View(ProgramTest):
         for arguments, code, words in [
                 (("--materials", "bone=300"), 64, "'bone=300' is not NAME=LOW:HIGH"),
                 (("--materials", "bone=300:", "--labels", "all"), 64, "cannot be combined"),
+                (("--materials", "a=1:5,b=2:8"), 64, "b begins at 2, but another one ends at 5"),
+                (("--labels", "all"), 64, "labels must be from 0 to 65535"),
                 (("--labels", "none.csv"), 74, "none.csv"),
                 (("--label-volume", "none.tag"), 74, "none.tag"),
                 (("--label-volume", "b.tag"), 64, "b.tag: has 90 x 80 x 71 labels, but my scan%.tag has 90 x 80 x 70")]:
