@@ -1,19 +1,25 @@
 # What the half of libtagrid that reads needs: no library but zstd's and xxHash's.
-if(EMSCRIPTEN)
-  # web/build.sh names Debian's headers and sources: emscripten looks at nothing of the system.
+if(TAGRID_DEBIAN_HEADERS)
+  # For another system: web/build.sh and tools/windows.sh name Debian's headers and sources, as nothing of this system fits.
   enable_language(C)
   set(tagrid_fmt_INCLUDE_DIR ${TAGRID_DEBIAN_HEADERS})
   set(tagrid_hwy_INCLUDE_DIR ${TAGRID_DEBIAN_HEADERS})
   file(GLOB zstd_sources ${TAGRID_ZSTD_SOURCES}/common/*.c ${TAGRID_ZSTD_SOURCES}/decompress/*.c)
+  if(NOT EMSCRIPTEN)
+    # Other linkers than wasm-ld miss what unused functions call.
+    file(GLOB zstd_compress_sources ${TAGRID_ZSTD_SOURCES}/compress/*.c)
+    list(APPEND zstd_sources ${zstd_compress_sources})
+  endif()
   add_library(zstd_decompress STATIC ${zstd_sources})
   target_include_directories(zstd_decompress PUBLIC ${TAGRID_ZSTD_SOURCES})
-  target_compile_definitions(zstd_decompress PRIVATE ZSTD_LEGACY_SUPPORT=0 DYNAMIC_BMI2=0 ZSTD_STRIP_ERROR_STRINGS)
-  target_compile_options(zstd_decompress PRIVATE -Os -ffunction-sections -w)
+  target_compile_definitions(zstd_decompress PRIVATE ZSTD_LEGACY_SUPPORT=0 ZSTD_DISABLE_ASM DYNAMIC_BMI2=0
+                             ZSTD_STRIP_ERROR_STRINGS)
+  target_compile_options(zstd_decompress PRIVATE $<IF:$<BOOL:${EMSCRIPTEN}>,-Os,-O3> -ffunction-sections -w)
   add_library(zstd::libzstd ALIAS zstd_decompress)
   file(WRITE ${PROJECT_BINARY_DIR}/xxhash.c "#define XXH_STATIC_LINKING_ONLY\n#define XXH_IMPLEMENTATION\n#include <xxhash.h>\n")
   add_library(xxhash STATIC ${PROJECT_BINARY_DIR}/xxhash.c)
   target_include_directories(xxhash PUBLIC ${TAGRID_DEBIAN_HEADERS})
-  target_compile_options(xxhash PRIVATE -Os -ffunction-sections)
+  target_compile_options(xxhash PRIVATE $<IF:$<BOOL:${EMSCRIPTEN}>,-Os,-O3> -ffunction-sections)
   add_library(xxhash::xxhash ALIAS xxhash)
 else()
   tagrid_require_library(zstd::libzstd zstd.h zstd libzstd-dev)

@@ -20,16 +20,8 @@ export NODE_PATH=${NODE_PATH:-/usr/share/nodejs}
 # zstd, of which the part that decompresses is compiled.
 tools/debian_source.sh "$build" zstd
 
-# Headers of Debian's packages, without those of its C library around them.
 include=$build/include
-mkdir -p "$include"
-for header in hwy fmt xxhash.h xxh3.h; do
-  if [ -e "/usr/include/$header" ]; then ln -sfn "/usr/include/$header" "$include/$header"; fi
-done
-if [ ! -e "$include/hwy" ] || [ ! -e "$include/fmt" ] || [ ! -e "$include/xxhash.h" ]; then
-  echo "libhwy-dev, libfmt-dev or libxxhash-dev is missing. On Debian: tools/install_packages.sh page" >&2
-  exit 69
-fi
+tools/debian_headers.sh "$include"
 
 for kind in simd scalar; do
   flags="-include $root/web/decoder/libcxx.h"

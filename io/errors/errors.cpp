@@ -27,7 +27,9 @@ std::string_view advice(int error_number) {
     case EROFS:
       return "; choose another directory, or make this one writable";
     case ENOSPC:
+#ifdef EDQUOT  // Windows has no quotas of this kind
     case EDQUOT:
+#endif
       return "; free some space or choose another directory";
     case EMFILE:
     case ENFILE:

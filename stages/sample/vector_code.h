@@ -1,11 +1,12 @@
 // Plain loops as vector code: the compiler clones them for these instruction sets, and one clone is chosen
 // when the program starts. All give the same bytes (IEEE operations, no contraction of multiply and add). Not
-// for unnamed namespaces: gcc 12 does not vectorize clones there. What no compiler vectorizes is Highway's
+// for unnamed namespaces: gcc 12 does not vectorize clones there. Only ELF has what chooses a clone; elsewhere, as on
+// Windows, there is none. What no compiler vectorizes is Highway's
 // (instruction_sets.h); which way to take is in docs/decisions/0039-two-kinds-of-vector-code.md.
 #pragma once
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(TAGRID_SCALAR)
+#if defined(__x86_64__) && defined(__ELF__) && defined(__GNUC__) && !defined(__clang__) && \
+    !defined(__SANITIZE_THREAD__) && !defined(__SANITIZE_ADDRESS__) && !defined(TAGRID_SCALAR)
 #define TAGRID_VECTOR_CODE __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define TAGRID_VECTOR_CODE

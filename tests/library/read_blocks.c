@@ -3,6 +3,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#ifdef _WIN32
+#include <fcntl.h>
+#include <io.h>
+#endif
+
 #include "tagrid/tagrid_blocks.h"
 
 static unsigned char* file_bytes;
@@ -34,6 +39,9 @@ static int lacks(tagrid_blocks* blocks, tagrid_status status) {
 
 int main(int count, char** arguments) {
   if (count != 2) return 64;
+#ifdef _WIN32
+  _setmode(_fileno(stdout), _O_BINARY);
+#endif
   read_file(arguments[1]);
   tagrid_blocks* blocks;
   tagrid_blocks_create(file_size, &blocks);

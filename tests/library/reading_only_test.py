@@ -1,5 +1,5 @@
 """The half of the library that reads blocks is built alone, with no library but zstd's and xxHash's, and decodes every
-golden file as the program does.
+golden file as the program does: for this system, and for Windows, under Wine.
 
     reading_only_test.py PROGRAM FOLDER
         FOLDER: where it is built. With TAGRID_LONG=1, as that takes minutes.
@@ -7,6 +7,7 @@ golden file as the program does.
 
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -14,21 +15,18 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM, FOLDER = (pathlib.Path(argument).resolve() for argument in sys.argv[1:3])
+WINE = shutil.which("wine") or shutil.which("wine64")
+# Debian's wine64 alone has its loader here.
+if WINE is None and pathlib.Path("/usr/lib/wine/wine64").exists():
+    WINE = "/usr/lib/wine/wine64"
 
 
 def run(*command):
     return subprocess.run([str(part) for part in command], check=True, stdout=subprocess.PIPE).stdout
 
 
-class ReadingOnly(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        run("cmake", "-S", ROOT, "-B", FOLDER, "-G", "Ninja", "-DTAGRID_READING_ONLY=ON", "-DTAGRID_WERROR=ON")
-        run("cmake", "--build", FOLDER)
-        cls.reader = FOLDER / "read_blocks"
-        run("cc", "-std=c11", "-c", f"-I{ROOT / 'include'}", ROOT / "tests/library/read_blocks.c",
-            "-o", FOLDER / "read_blocks.o")
-        run("c++", FOLDER / "read_blocks.o", FOLDER / "libtagrid_reading.a", "-lzstd", "-lxxhash", "-o", cls.reader)
+class Decodes:
+    """What holds for `reader`, a command that writes the samples of a file."""
 
     def test_it_decodes_what_the_program_decodes(self):
         files = sorted((ROOT / "tests/golden/1.0").glob("*.tag"))
@@ -37,7 +35,7 @@ class ReadingOnly(unittest.TestCase):
             for file in files:
                 with self.subTest(file.name):
                     run(PROGRAM, "decode", file, "--volume", "0", "-o", f"{folder}/back.raw", "-q", "-f")
-                    self.assertEqual(run(self.reader, file), pathlib.Path(folder, "back.raw").read_bytes())
+                    self.assertEqual(run(*self.reader, file), pathlib.Path(folder, "back.raw").read_bytes())
 
     def test_damage_is_refused(self):
         content = bytearray((ROOT / "tests/golden/1.0/voxels_lossless_int16.tag").read_bytes())
@@ -45,13 +43,43 @@ class ReadingOnly(unittest.TestCase):
         with tempfile.NamedTemporaryFile() as file:
             file.write(content)
             file.flush()
-            self.assertEqual(subprocess.run([self.reader, file.name], capture_output=True).returncode, 65)
+            self.assertEqual(subprocess.run([*self.reader, file.name], capture_output=True).returncode, 65)
+
+
+class ThisSystem(Decodes, unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        run("cmake", "-S", ROOT, "-B", FOLDER, "-G", "Ninja", "-DTAGRID_READING_ONLY=ON", "-DTAGRID_WERROR=ON")
+        run("cmake", "--build", FOLDER)
+        cls.reader = [FOLDER / "read_blocks"]
+        run("cc", "-std=c11", "-c", f"-I{ROOT / 'include'}", ROOT / "tests/library/read_blocks.c",
+            "-o", FOLDER / "read_blocks.o")
+        run("c++", FOLDER / "read_blocks.o", FOLDER / "libtagrid_reading.a", "-lzstd", "-lxxhash", "-o", *cls.reader)
 
     def test_it_needs_nothing_else(self):
-        needed = run("readelf", "-d", self.reader).decode()
+        needed = run("readelf", "-d", *self.reader).decode()
         for library in ("tbb", "fmt", "isal", "png", "libz."):
             self.assertNotIn(library, needed)
         self.assertNotIn("pthread_create", run("nm", "-u", FOLDER / "libtagrid_reading.a").decode())
+
+
+@unittest.skipUnless(WINE and shutil.which("x86_64-w64-mingw32-g++-posix"),
+                     "there is no mingw-w64, or no Wine: tools/install_packages.sh windows")
+class Windows(Decodes, unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = FOLDER.parent / "windows"
+        run(ROOT / "tools/windows.sh", folder)
+        prefix = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(prefix.cleanup)
+        os.environ.update(WINEPREFIX=prefix.name, WINEDEBUG="-all")
+        cls.reader = [WINE, folder / "reading/read_blocks.exe"]
+
+    def test_it_needs_only_windows(self):
+        program = self.reader[-1]
+        names = run("x86_64-w64-mingw32-objdump", "-p", program).decode()
+        libraries = {line.split()[-1].lower() for line in names.splitlines() if "DLL Name:" in line}
+        self.assertLessEqual(libraries, {"kernel32.dll", "msvcrt.dll"})
 
 
 if __name__ == "__main__":
