@@ -88,10 +88,9 @@ export class LabelColors {
 
   #add(label, name) {
     const material = { name, label, ...colorOf(label + palette.length - 1), isVisible: true };
-    // Mostly the last one.
-    const isLast = !(this.materials.at(-1)?.label > label);
-    const after = isLast ? -1 : this.materials.findIndex((other) => other.label > label);
-    this.materials.splice(after < 0 ? this.materials.length : after, 0, material);
+    // From the end, as it is mostly the last one.
+    const before = this.materials.findLastIndex((other) => other.label < label);
+    this.materials.splice(before + 1, 0, material);
     this.#byLabel.set(label, material);
     this.#isKnown[label] = 1;
     this.#pixels[label] = material.pixel;
