@@ -41,8 +41,10 @@ Status zstd_decompress(std::span<const std::byte> bytes, std::size_t size, std::
   ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};
   const std::size_t step = ZSTD_DStreamOutSize();
   for (;;) {
-    const std::size_t have = out.size();
-    out.resize(have + std::min(step, size - have + 1));  // one more byte than expected would show
+    // One more byte than expected would show.
+    const std::size_t have = out.size(), room = have + std::min(step, size - have + 1);
+    if (room > out.capacity()) out.reserve(std::min(2 * have + step, size + 1));
+    out.resize(room);
     ZSTD_outBuffer target{out.data() + have, out.size() - have, 0};
     const std::size_t result = ZSTD_decompressStream(stream.get(), &target, &in);
     out.resize(have + target.pos);

@@ -253,6 +253,24 @@ test("a file of labels colors the slices of another volume", async () => {
   await page.close();
 });
 
+test("labels are read even if the wait for them ends while the page asks what to read", async () => {
+  const file = ball();
+  segmentation();
+  const page = await open(`${file}&label-volume=/made/labels.tag&labels=all`);
+  await page.until("tagridViewer.state.labels?.volume");
+  await page.until(isDone);
+  await page.evaluate("globalThis.clock = () => globalThis.time; performance.now = () => globalThis.clock()");
+  for (let before = 1; before <= 8; ++before) {
+    await page.evaluate(`globalThis.time = ${before} * 1e6; clock = () => globalThis.time;
+      tagridViewer.actions.moveTo([${before}, ${before + 1}, ${before + 2}])`);
+    await page.until("tagridViewer.sliceViews.every((view) => view.isSettled)");
+    // The wait ends after this many looks at the clock.
+    await page.evaluate(`{ let looks = 0; clock = () => globalThis.time + (++looks > ${before} ? 1000 : 0); }`);
+    await page.until(isDone, 10);
+  }
+  await page.close();
+});
+
 test("labels that do not fit are refused, with both sizes", async () => {
   write("other", [70, 60, 49], Uint8Array, () => 1);
   write("lossy", dims, Uint8Array, (x) => x, [], "--max-error", "3");

@@ -140,13 +140,14 @@ function read() {
   clearTimeout(timer);
   if (!state.volume) return;
   if (!haveFirst()) isFirstDrawn = false;
+  // Looked at before the views look: a wait that ends between would be a read that nobody plans.
+  const waits = Math.max(...sliceViews.map((view) => view.waits));
   const regions = sliceViews.flatMap((view, order) => view.regions(order, isFirstDrawn));
   const ofLabels = sliceViews.flatMap((view, order) => view.labelRegions(order));
   const isOneVolume = state.labels?.tiles === state.tiles;
   state.tiles.want(isOneVolume ? [...regions, ...ofLabels] : regions);
   if (!isOneVolume) state.labels?.tiles.want(ofLabels);
   for (const view of sliceViews) view.wantGrid();
-  const waits = Math.max(...sliceViews.map((view) => view.waits));
   if (waits > 0) timer = setTimeout(read, waits + 1);
 }
 
