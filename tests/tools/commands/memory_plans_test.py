@@ -53,8 +53,9 @@ LARGER = {
 
 def noise(path, sample_type, count):
     """Any integers; any mantissas of floats from 1 to 2, with either sign."""
-    size = SIZES[sample_type]
-    samples = bytearray(random.Random(1).randbytes(count * size))
+    size, generator = SIZES[sample_type], random.Random(1)
+    # Python draws less than 2^31 bits at once.
+    samples = bytearray(b"".join(generator.randbytes(count) for _ in range(size)))
     if sample_type.startswith("float"):
         signs, ones = bytes(0x3F | i & 0x80 for i in range(256)), 0x80 if size == 4 else 0xF0
         samples[size - 1::size] = samples[size - 1::size].translate(signs)
