@@ -14,6 +14,7 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/samples/stored_bits.h"
+#include "io/text/paths.h"
 
 namespace tagrid {
 namespace {
@@ -245,7 +246,7 @@ void EnvelopeReader::read_name(EnvelopeFile& file) {
   if (size > longest_envelope_name) fail("a name is too long");
   const std::vector<std::byte> name = taken(size);
   file.name.assign(reinterpret_cast<const char*>(name.data()), name.size());
-  if (!is_safe_name(file.name)) fail("the name of a file would leave the directory");
+  if (!is_relative_name(file.name)) fail("the name of a file would leave the directory");
   if (!compares_names_) return;
   // No two files, and no file and directory, have the same name.
   const auto below = names_.lower_bound(file.name + "/");

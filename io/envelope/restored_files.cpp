@@ -12,6 +12,8 @@
 #include "io/files/file_bytes.h"
 #include "io/files/output_file.h"
 #include "io/system/files.h"
+#include "io/text/paths.h"
+#include "io/text/text.h"
 
 namespace tagrid {
 namespace {
@@ -167,6 +169,9 @@ void RestoredFiles::check() {
 
 /// Throws UsageError if a file may not get its name. Anything but a file is not replaced.
 void RestoredFiles::check_target(std::size_t file) const {
+  if (!is_safe_name(files_[file].name))
+    throw UsageError("{}: no file of this system may have this name; restore it on the system of its name",
+                     printable(path(file)));
   const auto status = status_of_name(path(file));
   if (status && !status->is_file() && !status->is_link())
     throw UsageError(path(file) + ": exists and is not a regular file");

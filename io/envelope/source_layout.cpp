@@ -11,6 +11,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
 #include "io/samples/stored_bits.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -123,7 +124,7 @@ std::optional<std::string> take_files(PlainForm& form, SourceFiles& source) {
     return "two of its files would have the same name";
   source.files.resize(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (!is_safe_name(names[i])) return fmt::format("{} cannot be a name", names[i]);
+    if (!is_relative_name(names[i])) return fmt::format("{} cannot be a name", names[i]);
     source.files[i].name = names[i];
     // Whoever made the form may be wrong: it is compared with the file.
     source.files[i].is_changed = !is_as_it_is(*source.opened, form.files[i]);

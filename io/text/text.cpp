@@ -174,11 +174,6 @@ std::string lower_case_of_unicode(std::string_view text) {
   return lower;
 }
 
-bool is_safe_name(std::string_view name) {
-  const auto is_step = [](std::string_view step) { return !step.empty() && step != "." && step != ".."; };
-  return name.find('\0') == name.npos && std::ranges::all_of(split(name, '/'), is_step);
-}
-
 std::string printable(std::string_view text) {
   return with_escapes(
       text, [](std::uint32_t code) { return !is_control(code); },

@@ -55,9 +55,6 @@ std::string lower_case(std::string_view text);
 /// Unicode. Bytes that are not UTF-8 stay.
 std::string lower_case_of_unicode(std::string_view text);
 
-/// True for a path that stays in a folder: relative, without empty parts, ".", ".." and zero bytes.
-bool is_safe_name(std::string_view name);
-
 /// `text` without anything on which a terminal would act. Control characters (including those of Unicode that
 /// take two bytes, and those that change the direction of writing) and bytes that are not UTF-8 become \n,
 /// \t, \r, or \xHH for each of their bytes. All other text stays as it is.

@@ -14,6 +14,7 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/formats/zarr/reader/json.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {

@@ -15,6 +15,7 @@
 #include "io/programs/serve.h"
 #include "io/programs/serve_reader.h"
 #include "io/programs/words.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {

@@ -11,6 +11,7 @@
 #include "io/formats/zarr/reader/zip_file.h"
 #include "io/system/files.h"
 #include "io/text/numbered_names.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {

@@ -12,6 +12,7 @@
 #include "io/bytes/memory_size.h"
 #include "io/errors/errors.h"
 #include "io/formats/zarr/reader/store.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -129,7 +130,7 @@ void ZipFile::read_members(const Table& table) {
     require(numbers.complete_from(rest.subspan(member_size + name_size, extra_size)));
     rest = rest.subspan(member_size + name_size + extra_size + comment_size);
     if (name.ends_with('/')) continue;  // a folder
-    if (!is_safe_name(name) || name.find('\\') != name.npos)
+    if (!is_relative_name(name) || name.find('\\') != name.npos)
       throw broken_zip(file_->name(),
                        fmt::format("the name {} of a member leads elsewhere", tagrid::quoted(name)));
     member.is_plain = method == 0 && (flags & encrypted) == 0;

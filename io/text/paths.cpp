@@ -1,0 +1,59 @@
+#include "io/text/paths.h"
+
+#include <algorithm>
+#include <array>
+
+#include "io/text/text.h"
+
+namespace tagrid {
+namespace {
+
+constexpr bool is_windows = std::filesystem::path::preferred_separator == '\\';
+
+bool is_device(std::string_view step) {
+  // Windows looks at what is before the first dot or colon, without the spaces there.
+  std::string_view stem = step.substr(0, step.find_first_of(".:"));
+  while (stem.ends_with(' ')) stem.remove_suffix(1);
+  const std::string name = lower_case(stem);
+  constexpr std::array<std::string_view, 7> devices = {"con",    "prn",     "aux",   "nul",
+                                                       "conin$", "conout$", "clock$"};
+  if (std::ranges::count(devices, std::string_view(name)) > 0) return true;
+  if (!name.starts_with("com") && !name.starts_with("lpt")) return false;
+  // The superscripts are digits to Windows.
+  constexpr std::array<std::string_view, 13> numbers = {"0", "1", "2", "3",        "4",        "5",       "6",
+                                                        "7", "8", "9", "\xC2\xB9", "\xC2\xB2", "\xC2\xB3"};
+  return std::ranges::count(numbers, std::string_view(name).substr(3)) > 0;
+}
+
+bool is_step_on_windows(std::string_view step) {
+  const auto is_forbidden = [](char c) {
+    return static_cast<unsigned char>(c) < 32 ||
+           std::string_view("<>:\"\\|?*").find(c) != std::string_view::npos;
+  };
+  return !step.ends_with('.') && !step.ends_with(' ') && std::ranges::none_of(step, is_forbidden) &&
+         !is_device(step);
+}
+
+}  // namespace
+
+std::filesystem::path path_of(std::string_view text) { return std::u8string(text.begin(), text.end()); }
+
+std::string text_of(const std::filesystem::path& path) {
+  const std::u8string text = path.generic_u8string();
+  return {text.begin(), text.end()};
+}
+
+bool is_relative_name(std::string_view name) {
+  const auto is_step = [](std::string_view step) { return !step.empty() && step != "." && step != ".."; };
+  return name.find('\0') == name.npos && std::ranges::all_of(split(name, '/'), is_step);
+}
+
+bool is_name_on_windows(std::string_view name) {
+  return is_utf8(name) && std::ranges::all_of(split(name, '/'), is_step_on_windows);
+}
+
+bool is_safe_name(std::string_view name) {
+  return is_relative_name(name) && (!is_windows || is_name_on_windows(name));
+}
+
+}  // namespace tagrid

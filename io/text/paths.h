@@ -1,0 +1,24 @@
+// Paths and names of files. Outside of std::filesystem they are texts in UTF-8, whose steps are divided by '/' on every
+// system.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace tagrid {
+
+/// The path that a text means. std::filesystem would take it for the code page of the process on Windows. Throws
+/// std::system_error there if the text is not UTF-8.
+std::filesystem::path path_of(std::string_view text);
+std::string text_of(const std::filesystem::path& path);
+
+/// True for a path that stays in its directory: relative, without empty parts, ".", ".." and zero bytes.
+bool is_relative_name(std::string_view name);
+/// True if Windows takes each part for the name of a file: no backslash, colon (of drives and streams) or other character
+/// that it forbids, no dot or space at the end, which it drops, and no device, as AUX or com1.txt.
+bool is_name_on_windows(std::string_view name);
+/// True for a path of others that may be opened below a directory: is_relative_name(), and is_name_on_windows() there.
+bool is_safe_name(std::string_view name);
+
+}  // namespace tagrid
