@@ -84,9 +84,11 @@ if(TAGRID_STATIC_SODIUM)
 endif()
 tagrid_require_library(sodium::sodium sodium.h sodium libsodium-dev)
 # For the programs that read formats. The program itself has the rooms that they use, and does not need it.
-tagrid_require_library(seccomp::seccomp seccomp.h seccomp libseccomp-dev)
-get_target_property(seccomp_library seccomp::seccomp IMPORTED_LOCATION)
-set(seccomp_if_needed -Wl,--push-state,--as-needed,${seccomp_library},--pop-state)
+if(NOT WIN32)
+  tagrid_require_library(seccomp::seccomp seccomp.h seccomp libseccomp-dev)
+  get_target_property(seccomp_library seccomp::seccomp IMPORTED_LOCATION)
+  set(seccomp_if_needed -Wl,--push-state,--as-needed,${seccomp_library},--pop-state)
+endif()
 # For addresses. Only the header: who reads one loads the library.
 tagrid_require_header(tagrid_curl curl/curl.h libcurl4-openssl-dev)
 # For parity and the checksums of Zarr. Only what writes or repairs it loads the library.

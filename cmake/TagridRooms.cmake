@@ -8,10 +8,18 @@
 # for others (TAGRID_UNITY=most): they need zlib and bzip2, set signals or read the environment, or need what does. Within the
 # file of a room they would bring that into all programs that link the library's archive
 # (tests/library/installed_prefix_test.py).
+# A source posix_NAME.cpp has a twin windows_NAME.cpp; one of them is compiled.
+if(WIN32)
+  set(TAGRID_SYSTEM windows)
+  set(TAGRID_OTHER_SYSTEM posix)
+else()
+  set(TAGRID_SYSTEM posix)
+  set(TAGRID_OTHER_SYSTEM windows)
+endif()
 function(tagrid_room folder)
   cmake_parse_arguments(PARSE_ARGV 1 sees "FAST" "" "PUBLIC;PRIVATE;ALONE;APART")
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.cpp)
-  list(FILTER sources EXCLUDE REGEX "/main\\.cpp$")
+  list(FILTER sources EXCLUDE REGEX "/main\\.cpp$|/${TAGRID_OTHER_SYSTEM}_[a-z_]*\\.cpp$")
   tagrid_target_names(room ${folder})
   tagrid_target_names(public ${sees_PUBLIC})
   tagrid_target_names(private ${sees_PRIVATE})

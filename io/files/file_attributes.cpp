@@ -6,6 +6,7 @@
 #include "io/errors/errors.h"
 #include "io/files/open_source.h"
 #include "io/system/files.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -47,9 +48,9 @@ bool is_regular_input(const std::string& path) {
 
 std::optional<std::filesystem::path> without_links(const std::filesystem::path& path) {
   std::string file;
-  if (files().resolve(path.string(), file)) return file;
+  if (files().resolve(text_of(path), file)) return file;
   if (errno == ENOENT) return std::nullopt;
-  throw world_error("cannot look at", path.string(), errno);
+  throw world_error("cannot look at", text_of(path), errno);
 }
 
 bool is_below(const std::filesystem::path& path, const std::filesystem::path& folder) {

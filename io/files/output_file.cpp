@@ -8,12 +8,11 @@
 
 #include "io/errors/errors.h"
 #include "io/files/temporaries.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
 namespace {
-
-std::string file_name_of(const std::string& path) { return std::filesystem::path(path).filename().string(); }
 
 /// True for files that are not regular, such as /dev/null or a named pipe: they are written directly.
 bool is_special(const std::string& path) {
@@ -56,14 +55,13 @@ OutputFile::~OutputFile() {
 }
 
 std::string OutputFile::hidden_path(const std::string& name) const {
-  const std::filesystem::path folder = options_.temporaries.empty()
-                                           ? std::filesystem::path(path_).parent_path()
-                                           : std::filesystem::path(options_.temporaries);
-  return (folder / name).string();
+  const std::filesystem::path folder =
+      options_.temporaries.empty() ? path_of(path_).parent_path() : path_of(options_.temporaries);
+  return text_of(folder / path_of(name));
 }
 
 void OutputFile::create_temporary() {
-  const std::string target = file_name_of(path_);
+  const std::string target = name_of_path(path_);
   if (target.empty()) throw UsageError(path_ + ": is not the name of a file");
   for (int attempt = 0; attempt < 100; ++attempt) {
     const std::string candidate = hidden_path(temporary_name(target));
@@ -130,7 +128,7 @@ void OutputFile::close_descriptor() {
 /// Keeps the file that has the name under another one, until nothing can fail any more. Some file systems
 /// cannot do that; there the older file is gone once the new one has its name.
 void OutputFile::set_older_aside() {
-  const std::string candidate = hidden_path(older_name(file_name_of(path_)));
+  const std::string candidate = hidden_path(older_name(name_of_path(path_)));
   older_slot_ = register_temporary(candidate, path_);
   if (files().link(path_, candidate)) {
     older_ = candidate;

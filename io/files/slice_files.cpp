@@ -10,6 +10,7 @@
 #include "io/errors/errors.h"
 #include "io/system/files.h"
 #include "io/text/numbered_names.h"
+#include "io/text/paths.h"
 
 namespace tagrid {
 
@@ -18,7 +19,7 @@ std::vector<std::string> visible_files(const std::string& folder) {
   if (!files().list(folder, entries)) throw world_error("cannot read", folder, errno);
   std::vector<std::string> paths;
   for (const FolderEntry& entry : entries) {
-    const std::string path = (std::filesystem::path(folder) / entry.name).string();
+    const std::string path = path_in(folder, entry.name);
     FileStatus status;
     const bool may_be_file =
         entry.type == FileType::regular ||

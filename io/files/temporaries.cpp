@@ -15,6 +15,7 @@
 #include "io/system/files.h"
 #include "io/system/signals.h"
 #include "io/system/this_process.h"
+#include "io/text/paths.h"
 
 namespace tagrid {
 namespace {
@@ -105,7 +106,7 @@ void remove_abandoned_lock(const std::string& output) {
 std::size_t remove_abandoned(const std::vector<std::string>& outputs, bool folders) {
   std::map<std::string, std::set<std::string>> names;
   for (const std::string& output : outputs)
-    names[folder_of(output)].insert(name_in_temporary_names(fs::path(output).filename().string()));
+    names[folder_of(output)].insert(name_in_temporary_names(name_of_path(output)));
   if (!folders)
     for (const std::string& output : outputs) remove_abandoned_lock(output);
   std::size_t removed = 0;
@@ -114,7 +115,7 @@ std::size_t remove_abandoned(const std::vector<std::string>& outputs, bool folde
     files().list(folder, there);
     for (const auto& [name, type] : there)
       if (const auto target = target_of_temporary(name); target && targets.contains(std::string(*target)))
-        removed += remove_if_abandoned((fs::path(folder) / name).string(), folders);
+        removed += remove_if_abandoned(path_in(folder, name), folders);
   }
   return removed;
 }
@@ -161,10 +162,9 @@ std::string random_suffix() {
 std::string temporary_name(const std::string& name) { return hidden_name(name, temporary_mark); }
 std::string older_name(const std::string& name) { return hidden_name(name, older_mark); }
 std::string hidden_beside(const std::string& output, std::string_view ending) {
-  const fs::path path = output;
-  return (path.parent_path() /
-          fmt::format(".{}{}", name_in_temporary_names(path.filename().string()), ending))
-      .string();
+  const fs::path path = path_of(output);
+  return text_of(path.parent_path() /
+                 path_of(fmt::format(".{}{}", name_in_temporary_names(text_of(path.filename())), ending)));
 }
 
 std::optional<std::string_view> target_of_temporary(std::string_view name) {

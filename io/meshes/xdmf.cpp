@@ -6,13 +6,14 @@
 #include "io/errors/errors.h"
 #include "io/meshes/material_files.h"
 #include "io/meshes/mesh_writers.h"
+#include "io/text/paths.h"
 
 namespace tagrid {
 
 std::string path_of_xdmf_numbers(const std::string& path) {
   if (!path.ends_with('f') && !path.ends_with('F'))
     throw UsageError(path + ": XDMF is two files, one .xdmf and one .h5, and cannot be a stream");
-  return std::filesystem::path(path).replace_extension(".h5").string();
+  return text_of(path_of(path).replace_extension(".h5"));
 }
 
 namespace {
@@ -69,7 +70,7 @@ class XdmfFile final : public MaterialMeshFile {
   std::vector<std::string> warnings() const override { return hdf5_.warnings(); }
 
  private:
-  std::string name_of_numbers() const { return std::filesystem::path(path_of_numbers_).filename().string(); }
+  std::string name_of_numbers() const { return name_of_path(path_of_numbers_); }
 
   /// A reference to a data set.
   std::string item(const std::string& dimensions, SampleType type, const std::string& dataset,

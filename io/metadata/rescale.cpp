@@ -10,6 +10,7 @@
 #include <set>
 
 #include "io/text/foreign_number.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -162,14 +163,14 @@ NamesOfSource names_of_source(const std::vector<std::string>& names, const std::
   std::set<std::string, Longer> folders, own;
   std::set<fs::path> parents;
   for (const std::string& file : files) {
-    own.insert(fs::path(file).filename().string());
-    parents.insert(fs::path(file).parent_path());
+    own.insert(name_of_path(file));
+    parents.insert(path_of(file).parent_path());
   }
   for (const fs::path& parent : parents) {
     std::error_code error;
     for (fs::path folder : {parent, fs::absolute(parent, error).lexically_normal()})
       for (; folder.has_relative_path(); folder = folder.parent_path())
-        if (folder != "." && folder.filename() != "..") folders.insert(folder.string());
+        if (folder != "." && folder.filename() != "..") folders.insert(text_of(folder));
   }
   NamesOfSource found{names, {folders.begin(), folders.end()}, {own.begin(), own.end()}};
   std::erase(found.names, "");

@@ -14,6 +14,7 @@
 #include "io/files/file_bytes.h"
 #include "io/system/files.h"
 #include "io/system/this_process.h"
+#include "io/text/paths.h"
 
 namespace tagrid {
 namespace {
@@ -89,8 +90,8 @@ FileIdentity identity_of(const std::string& path) {
   FileIdentity id;
   // The same file has the same path here, whatever its name in the command and the current folder.
   std::error_code error;
-  const std::filesystem::path whole = std::filesystem::canonical(path, error);
-  id.path = error ? path : whole.string();
+  const std::filesystem::path whole = std::filesystem::canonical(path_of(path), error);
+  id.path = error ? path : text_of(whole);
   id.size = status->size;
   id.inode = status->number;
   id.modified = status->modified.seconds;

@@ -11,6 +11,7 @@
 #include "io/errors/errors.h"
 #include "io/files/spool_file.h"
 #include "io/system/files.h"
+#include "io/text/paths.h"
 
 namespace tagrid {
 
@@ -46,7 +47,7 @@ FilledFile::FilledFile(OutputFile& file, const std::string& path, const std::opt
     path_ = nameless_->path();
     return;
   }
-  path_ = std::filesystem::absolute(file.temporary()).string();
+  path_ = text_of(std::filesystem::absolute(path_of(file.temporary())));
   if (const auto status = status_of(file.temporary())) filled_ = *status;
 }
 

@@ -11,6 +11,7 @@
 #include "io/errors/errors.h"
 #include "io/system/files.h"
 #include "io/system/this_process.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -39,7 +40,7 @@ bool is_program(const std::string& path) {
 std::optional<std::string> find(std::string_view prefix, std::string_view name) {
   if (!is_format_name(name)) return std::nullopt;
   for (const std::string& folder : program_folders())
-    if (std::string path = (fs::path(folder) / prefix).string().append(name); is_program(path)) return path;
+    if (std::string path = path_in(folder, prefix).append(name); is_program(path)) return path;
   return std::nullopt;
 }
 
@@ -50,7 +51,7 @@ std::vector<FoundProgram> all(std::string_view prefix) {
     files().list(folder, entries);
     for (const FolderEntry& entry : entries) {
       if (!entry.name.starts_with(prefix)) continue;
-      const std::string name = entry.name.substr(prefix.size()), path = fs::path(folder) / entry.name;
+      const std::string name = entry.name.substr(prefix.size()), path = path_in(folder, entry.name);
       if (is_format_name(name) && !found.contains(name) && is_program(path)) found.emplace(name, path);
     }
   }
@@ -68,8 +69,8 @@ std::vector<std::string> program_folders() {
       // Otherwise the current folder, which may belong to anybody, would choose programs.
       if (folder.starts_with('/')) folders.emplace_back(folder);
   if (const auto program = program_path()) {
-    folders.push_back(program->parent_path());
-    folders.push_back(program->parent_path().parent_path() / "libexec/tagrid");
+    folders.push_back(text_of(program->parent_path()));
+    folders.push_back(text_of(program->parent_path().parent_path() / "libexec/tagrid"));
   }
   return folders;
 }
@@ -84,8 +85,9 @@ std::string_view package_of_program(std::string_view name) {
 std::string about_missing_program(std::string_view name) {
   std::string advice = fmt::format("install the package {}", package_of_program(name));
   // Somebody built the program alone.
-  if (const auto program = program_path(); program && is_file(program->parent_path() / "CMakeCache.txt"))
-    advice = fmt::format("run cmake in {} to build all of it", program->parent_path().string());
+  if (const auto program = program_path();
+      program && is_file(text_of(program->parent_path() / "CMakeCache.txt")))
+    advice = fmt::format("run cmake in {} to build all of it", text_of(program->parent_path()));
   return fmt::format("(looked for in {}); {}", fmt::join(program_folders(), ", "), advice);
 }
 

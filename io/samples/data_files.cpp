@@ -10,6 +10,7 @@
 #include "io/errors/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/system/files.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "io/volume/volume_info.h"
 
@@ -20,10 +21,10 @@ namespace fs = std::filesystem;
 
 /// The folders in which data may lie: that of the header as it is named, and as links lead to it.
 std::vector<fs::path> folders_of(const std::string& header_path) {
-  const fs::path header = header_path;
+  const fs::path header = path_of(header_path);
   const fs::path parent = header.parent_path();
   std::vector<fs::path> folders;
-  if (const auto folder = without_links(parent.empty() ? fs::path(".") : parent)) folders.push_back(*folder);
+  if (const auto folder = without_links(parent.empty() ? path_of(".") : parent)) folders.push_back(*folder);
   if (const auto file = header_path == "-" ? std::nullopt : without_links(header))
     folders.push_back(file->parent_path());
   return folders;
@@ -33,19 +34,19 @@ std::vector<fs::path> folders_of(const std::string& header_path) {
 /// can only be elsewhere because of a link.
 std::string place_in_words(const std::string& path, const fs::path& file,
                            const std::vector<fs::path>& folders) {
-  if (file == path) return path;
-  const auto parent = without_links(fs::path(path).parent_path() / ".");
+  if (file == path_of(path)) return path;
+  const auto parent = without_links(path_of(path).parent_path() / ".");
   const bool is_link =
       parent && std::ranges::any_of(folders, [&](const auto& folder) { return is_below(*parent, folder); });
-  return is_link ? fmt::format("{}, which is a link to {}", path, file.string())
-                 : fmt::format("{} ({})", path, file.string());
+  return is_link ? fmt::format("{}, which is a link to {}", path, text_of(file))
+                 : fmt::format("{} ({})", path, text_of(file));
 }
 
 }  // namespace
 
 std::string path_of_data_file(const std::string& header_path, const std::string& data_file) {
   if (header_path == "-") return data_file;
-  return (fs::path(header_path).parent_path() / data_file).string();
+  return text_of(path_of(header_path).parent_path() / path_of(data_file));
 }
 
 void require_inside(const std::string& header_path, const std::vector<std::string>& data_paths,
@@ -54,7 +55,7 @@ void require_inside(const std::string& header_path, const std::vector<std::strin
   std::string first;
   std::size_t count = 0;
   for (const std::string& path : data_paths) {
-    const auto file = without_links(path);
+    const auto file = without_links(path_of(path));
     // open_data_file() refuses what is not a regular file.
     if (!file || !is_regular_input(file->string()) ||
         std::ranges::any_of(folders, [&](const auto& folder) { return is_below(*file, folder); }))

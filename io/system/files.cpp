@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "io/errors/errors.h"
+#include "io/text/paths.h"
 
 namespace tagrid {
 namespace {
@@ -44,7 +45,7 @@ void Descriptor::reset() {
 }
 
 std::string folder_of(const std::string& path) {
-  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const std::string folder = text_of(path_of(path).parent_path());
   return folder.empty() ? "." : folder;
 }
 

@@ -36,6 +36,10 @@ void grow_heap_in_large_pages() {
 
 }  // namespace
 
+std::vector<std::string> arguments_of_program(int count, char** arguments) {
+  return {arguments + 1, arguments + count};
+}
+
 std::vector<std::string> environment() {
   std::vector<std::string> variables;
   for (char** variable = environ; *variable != nullptr; ++variable) variables.emplace_back(*variable);

@@ -18,6 +18,8 @@ int process_number();
 std::string host_name();
 /// The file of the running program; nothing if that is not known.
 std::optional<std::filesystem::path> program_path();
+/// The arguments that main() was given, without the name of the program, as UTF-8 where the system has letters.
+std::vector<std::string> arguments_of_program(int count, char** arguments);
 /// All variables, each as NAME=VALUE.
 std::vector<std::string> environment();
 

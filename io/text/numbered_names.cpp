@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -32,8 +33,6 @@ std::vector<std::string> pieces_of(std::string_view name) {
   }
   return pieces;
 }
-
-std::string name_of_path(const std::string& path) { return std::filesystem::path(path).filename().string(); }
 
 /// What all names of a series have in common, if piece `at` is the number of the slice.
 std::string joined(std::vector<std::string> pieces, std::size_t at, const std::string& instead) {
@@ -122,7 +121,7 @@ void find_gap(NumberedFiles& files, std::size_t at) {
 }  // namespace
 
 bool is_preview(const std::string& path) {
-  return lower_case(std::filesystem::path(path).stem().string()).ends_with("_spr");
+  return lower_case(text_of(path_of(path).stem())).ends_with("_spr");
 }
 
 std::string gap_in_words(const NumberedFiles& files) {
@@ -177,7 +176,7 @@ std::string doubt_of_patterns(const std::vector<std::string>& patterns) {
       by_decimals[rest].push_back(pattern);
     if (pattern.find('#') == pattern.npos) {
       // Names of series that are no names of files, such as UIDs of DICOM, have numbers of other kinds.
-      const std::string extension = std::filesystem::path(pattern).extension().string();
+      const std::string extension = text_of(path_of(pattern).extension());
       if (extension.size() > 1 && std::ranges::none_of(extension, is_digit))
         by_texts[number_pattern(pattern)].push_back(pattern);
     } else if (const auto& [other, is_new] = by_letters.emplace(lower_case(pattern), pattern); !is_new) {

@@ -43,6 +43,14 @@ std::string text_of(const std::filesystem::path& path) {
   return {text.begin(), text.end()};
 }
 
+std::string name_of_path(std::string_view path) { return text_of(path_of(path).filename()); }
+
+std::string extension_of(std::string_view path) { return lower_case(text_of(path_of(path).extension())); }
+
+std::string path_in(std::string_view folder, std::string_view name) {
+  return text_of(path_of(folder) / path_of(name));
+}
+
 bool is_relative_name(std::string_view name) {
   const auto is_step = [](std::string_view step) { return !step.empty() && step != "." && step != ".."; };
   return name.find('\0') == name.npos && std::ranges::all_of(split(name, '/'), is_step);

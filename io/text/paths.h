@@ -13,6 +13,13 @@ namespace tagrid {
 std::filesystem::path path_of(std::string_view text);
 std::string text_of(const std::filesystem::path& path);
 
+/// The last part of a path.
+std::string name_of_path(std::string_view path);
+/// What its name ends with, from the last dot on, in small letters: ".nrrd".
+std::string extension_of(std::string_view path);
+/// The path of a file in a directory; `name` alone if it is absolute, or if the directory is "".
+std::string path_in(std::string_view folder, std::string_view name);
+
 /// True for a path that stays in its directory: relative, without empty parts, ".", ".." and zero bytes.
 bool is_relative_name(std::string_view name);
 /// True if Windows takes each part for the name of a file: no backslash, colon (of drives and streams) or other character

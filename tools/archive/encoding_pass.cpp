@@ -15,6 +15,7 @@
 #include "io/system/files.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
+#include "io/text/paths.h"
 #include "io/volume/one_of_volumes.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/restore/restore.h"
@@ -303,7 +304,7 @@ void encode_line(const EncodingPass& pass, const ManifestLine& line, ordered_jso
   Volume volume{.line = line,
                 .name = line.name,
                 .input = line.input,
-                .output = (std::filesystem::path(options.output_dir) / line.output).string(),
+                .output = path_in(options.output_dir, line.output),
                 .base = base_of_records(options.output_dir, line),
                 .asked = encoding_of(line.options, options.run)};
   archive::Facts facts{.skip_done = options.skip_done, .overwrite = options.overwrite};

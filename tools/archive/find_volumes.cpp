@@ -14,6 +14,7 @@
 #include "io/metadata/region.h"
 #include "io/system/files.h"
 #include "io/text/numbered_names.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "io/volume/one_of_volumes.h"
 #include "tools/archive/found_lines.h"
@@ -50,7 +51,7 @@ class Finder {
  public:
   Finder(const std::string& root, const SourceOptions& accepted, const RunOptions& run,
          const NameTemplate* names, const std::function<void(const FoundVolume&)>& use)
-      : root_(fs::canonical(root)), accepted_(accepted), run_(run), lines_(root_, names, use) {}
+      : root_(fs::canonical(path_of(root))), accepted_(accepted), run_(run), lines_(root_, names, use) {}
 
   void search_all() {
     search(root_);
@@ -59,7 +60,7 @@ class Finder {
 
  private:
   void search(const fs::path& folder) {
-    const Format* whole = format_of_folder(folder);
+    const Format* whole = format_of_folder(text_of(folder));
     if (whole != nullptr) {
       const std::size_t before = lines_.volumes();
       look_at_volume(folder, {}, *whole);
@@ -70,27 +71,27 @@ class Finder {
     for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
          entry.increment(error)) {
       std::error_code unknown;
-      if (entry->path().filename().string().starts_with('.')) continue;
+      if (text_of(entry->path().filename()).starts_with('.')) continue;
       if (entry->is_directory(unknown) && !entry->is_symlink(unknown))
-        folders.push_back(entry->path());
+        folders.push_back(text_of(entry->path()));
       else if (entry->is_symlink(unknown) && entry->is_regular_file(unknown) && is_found_itself(*entry))
         lines_.pass_over(entry->path(), "a link to a file that is found at its own location");
       else if (entry->is_regular_file(unknown))
-        files.push_back(entry->path());
+        files.push_back(text_of(entry->path()));
       else
         lines_.pass_over(entry->path(), entry->is_directory(unknown) ? "a link to a directory"
                                                                      : "not a file that can be read");
     }
-    if (error) throw world_error("cannot read", folder.string(), error.value());
+    if (error) throw world_error("cannot read", text_of(folder), error.value());
     std::ranges::sort(files, comes_before);
     std::ranges::sort(folders, comes_before);
     if (whole != nullptr) return look_at_files_beside(folder, std::move(files));
     look_at_files(folder, files);
     for (const std::string& deeper : folders) {
       try {
-        search(deeper);
+        search(path_of(deeper));
       } catch (const WorldError& unreadable) {
-        lines_.give_broken(deeper, {}, unreadable);
+        lines_.give_broken(path_of(deeper), {}, unreadable);
       }
     }
   }
@@ -99,7 +100,7 @@ class Finder {
   bool is_found_itself(const fs::path& link) const {
     const fs::path place = fs::weakly_canonical(link).lexically_relative(root_);
     return !place.empty() &&
-           std::ranges::none_of(place, [](const fs::path& step) { return step.string().starts_with('.'); });
+           std::ranges::none_of(place, [](const fs::path& step) { return text_of(step).starts_with('.'); });
   }
 
   /// A store without a volume may have its name, or its attributes, by chance. Its other files are its own.
@@ -121,15 +122,15 @@ class Finder {
       try {
         const Format* format = readable_format(file);
         if (format == nullptr)
-          lines_.pass_over(file, why_no_volume(file));
-        else if (format->name == "dicom" && is_directory_of_dicom(file))
+          lines_.pass_over(path_of(file), why_no_volume(file));
+        else if (format->name == "dicom" && is_directory_of_dicom(path_of(file)))
           look_at_directory(file, *format);
         else if (format->reads.has_folders)
           slices[format->name].push_back(file);
         else if (!format->reads.program.empty() || !is_in_a_set(file))
-          look_at_volume(file, {}, *format);
+          look_at_volume(path_of(file), {}, *format);
       } catch (const Error& error) {
-        lines_.give_broken(file, {}, error);
+        lines_.give_broken(path_of(file), {}, error);
       }
     }
     pass_over_previews(slices);
@@ -151,8 +152,10 @@ class Finder {
     std::set<std::string> others;
     for (const auto& [name, files] : slices)
       if (!read_format_named(name)->reads.are_often_pictures)
-        for (const std::string& file : files) others.insert(fs::path(file).stem());
-    const auto has_other = [&](const std::string& path) { return others.contains(fs::path(path).stem()); };
+        for (const std::string& file : files) others.insert(text_of(path_of(file).stem()));
+    const auto has_other = [&](const std::string& path) {
+      return others.contains(text_of(path_of(path).stem()));
+    };
     std::vector<std::string> kept, single;
     for (const NumberedFiles& one : numbered_files(slices.at(format.name))) {
       const std::string why = std::ranges::all_of(one.paths, has_other)
@@ -163,7 +166,7 @@ class Finder {
       if (why.empty()) kept.insert(kept.end(), one.paths.begin(), one.paths.end());
       if (one.paths.size() == 1) single.push_back(one.paths.front());
       for (const std::string& path : one.paths)
-        if (!why.empty()) lines_.pass_over(path, why);
+        if (!why.empty()) lines_.pass_over(path_of(path), why);
     }
     // The names of slices may have several numbers.
     if (are_of_one_size(single, format)) warn_of_patterns(folder, numbered_files(single));
@@ -190,7 +193,7 @@ class Finder {
     if (std::ranges::all_of(slices, are_previews)) return;
     for (auto& [name, own] : slices)
       std::erase_if(own, [&](const std::string& file) {
-        if (is_preview(file)) lines_.pass_over(file, "a preview");
+        if (is_preview(file)) lines_.pass_over(path_of(file), "a preview");
         return is_preview(file);
       });
     std::erase_if(slices, [](const auto& of_format) { return of_format.second.empty(); });
@@ -200,13 +203,13 @@ class Finder {
   void look_at_directory(const std::string& path, const Format& format) {
     std::set<std::string> images;
     images_ = &images;
-    look_at_volume(path, {}, format);
+    look_at_volume(path_of(path), {}, format);
     images_ = nullptr;
     listed_images_.merge(images);
   }
 
   bool is_listed(const std::string& image) const {
-    return listed_images_.contains(fs::weakly_canonical(image).string());
+    return listed_images_.contains(text_of(fs::weakly_canonical(path_of(image))));
   }
 
   void look_at_slices(const fs::path& folder, const std::vector<std::string>& files,
@@ -227,7 +230,7 @@ class Finder {
         series.insert(series.end(), left.begin(), left.end());
       } else if (one.paths.size() == 1 || has_slices(one.paths.front())) {
         for (const std::string& path : one.paths)
-          if (!is_in_a_set(path)) look_at_volume(path, {}, format);
+          if (!is_in_a_set(path)) look_at_volume(path_of(path), {}, format);
       } else {
         OptionTexts own = options;
         own["series"] = one.pattern;
@@ -239,10 +242,9 @@ class Finder {
   void warn_of_patterns(const fs::path& folder, const std::vector<NumberedFiles>& series) const {
     std::vector<std::string> patterns;
     for (const NumberedFiles& one : series)
-      patterns.push_back(one.paths.size() == 1 ? fs::path(one.paths.front()).filename().string()
-                                               : one.pattern);
+      patterns.push_back(one.paths.size() == 1 ? name_of_path(one.paths.front()) : one.pattern);
     if (const std::string doubt = doubt_of_patterns(patterns); !doubt.empty())
-      warn(run_, "{}: {}", folder.string(), doubt);
+      warn(run_, "{}: {}", text_of(folder), doubt);
   }
 
   /// True for a file of a volume that was listed by the name of another one of its files.
@@ -257,10 +259,10 @@ class Finder {
     look_at_volume(folder, options, format);
     used_images_ = nullptr;
     for (const std::string& file : files)
-      if (!used.contains(fs::path(file).filename().string()) && !is_listed(file))
-        lines_.pass_over(file, lines_.broken() > broken
-                                   ? "DICOM of a series that is not listed, or without an image"
-                                   : "DICOM without an image, or an image that cannot be read");
+      if (!used.contains(name_of_path(file)) && !is_listed(file))
+        lines_.pass_over(path_of(file), lines_.broken() > broken
+                                            ? "DICOM of a series that is not listed, or without an image"
+                                            : "DICOM without an image, or an image that cannot be read");
   }
 
   /// True if the file has several slices, so that it is a volume of its own.
@@ -281,8 +283,8 @@ class Finder {
   void look_at_volume(const fs::path& path, OptionTexts options, const Format& format,
                       const std::string& details = "") {
     try {
-      const auto volume = open_volume(path, encoding_of(options, run_).source);
-      if (note_files(*volume, format) || is_of_a_listed_set(path, *volume)) return;
+      const auto volume = open_volume(text_of(path), encoding_of(options, run_).source);
+      if (note_files(*volume, format) || is_of_a_listed_set(text_of(path), *volume)) return;
       const VolumeInfo& info = volume->info();
       if (const std::string& name = volume->facts().lasting_name; !name.empty())
         options.emplace("series", name);  // another one may come into the directory
@@ -329,7 +331,7 @@ class Finder {
     if (files.size() < 2 || is_folder(path)) return false;
     const bool is_own = std::ranges::find(files, path) != files.end();
     if (!is_own && std::ranges::all_of(files, [&](const std::string& file) { return is_in_a_set(file); })) {
-      lines_.pass_over(path, "refers to a listed set of files, but is not one of them");
+      lines_.pass_over(path_of(path), "refers to a listed set of files, but is not one of them");
       return true;
     }
     files_of_sets_.insert(files.begin(), files.end());
@@ -339,7 +341,7 @@ class Finder {
   /// Says that a series has images in a directory that came before.
   std::string about_other_folder(const fs::path& path, const VolumeInfo& info) {
     const std::string uid = info.metadata.text_of("dicom_SeriesInstanceUID"),
-                      folder = path.lexically_relative(root_).string();
+                      folder = text_of(path.lexically_relative(root_));
     if (uid.empty()) return "";
     const auto& [known, is_new] = folders_of_series_.emplace(uid, folder);
     if (is_new || known->second == folder) return "";
@@ -357,7 +359,8 @@ class Finder {
     Subject subject;
     try {
       for (const std::size_t number : {std::size_t{1}, may_be_short ? count : 1}) {
-        const auto volume = open_volume(path, encoding_of({{option, std::to_string(number)}}, run_).source);
+        const auto volume =
+            open_volume(text_of(path), encoding_of({{option, std::to_string(number)}}, run_).source);
         note_files(*volume, format);
         text = fmt::format("{}, {}", described(volume->info().dims, volume->info().type), format.help);
         type = name_of(volume->info().type);
@@ -377,15 +380,15 @@ class Finder {
     const std::vector<std::string>& files = volume.files();
     if (format.name == "dicom") {
       if (used_images_ != nullptr)
-        for (const std::string& file : files) used_images_->insert(fs::path(file).filename().string());
+        for (const std::string& file : files) used_images_->insert(name_of_path(file));
       if (images_ == nullptr)
         return std::ranges::all_of(files, [&](const std::string& file) { return is_listed(file); });
-      for (const std::string& file : files) images_->insert(fs::weakly_canonical(file).string());
+      for (const std::string& file : files) images_->insert(text_of(fs::weakly_canonical(path_of(file))));
       return false;
     }
     // Slices were recognised; logs and samples beside headers were not.
     for (const std::string& file : files) {
-      const std::string extension = lower_case(fs::path(file).extension().string());
+      const std::string extension = extension_of(file);
       const bool is_slice = std::ranges::find(format.extensions, extension) != format.extensions.end();
       if (!is_slice) lines_.belongs(file);
     }

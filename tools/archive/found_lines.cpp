@@ -11,6 +11,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
 #include "io/formats/table/other_formats.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "tools/archive/manifest.h"
 #include "tools/report/failure.h"
@@ -26,7 +27,7 @@ bool fits_a_line(const fs::path& path, const OptionTexts& options) {
   const auto fits = [](std::string_view text) {
     return text.find_first_of(std::string_view("\t\n\r\0", 4)) == text.npos;
   };
-  return fits(path.string()) &&
+  return fits(text_of(path)) &&
          std::ranges::all_of(options, [&](const auto& option) { return fits(option.second); });
 }
 
@@ -47,14 +48,14 @@ std::string checksum_of_source(const std::string& relative, const OptionTexts& o
 /// series or data set that `options` choose. It depends on nothing else, and different volumes have different
 /// ones. What a path cannot have, here or on Windows, is written as %2F.
 std::string output_name_of(const std::string& relative, const OptionTexts& options) {
-  fs::path name = relative == "." ? fs::path() : fs::path(relative);
+  fs::path name = relative == "." ? fs::path() : path_of(relative);
   if (const auto series = options.find("series"); series != options.end()) name /= step_of(series->second);
   if (const auto dataset = options.find("dataset"); dataset != options.end())
     // The path of a data set is one of directories, too.
-    for (const fs::path& step : fs::path(dataset->second).relative_path())
-      if (!step.empty()) name /= step_of(step.string());
+    for (const fs::path& step : path_of(dataset->second).relative_path())
+      if (!step.empty()) name /= step_of(text_of(step));
   if (const auto grid = options.find("vdb-grid"); grid != options.end()) name /= step_of(grid->second);
-  return name.string();
+  return text_of(name);
 }
 
 /// What tells a volume from all others: for DICOM its series, wherever it lies, otherwise its path.
@@ -73,7 +74,7 @@ constexpr std::array samples_alone = {".raw", ".vol", ".bin", ".dat", ".img", ".
 }  // namespace
 
 bool is_directory_of_dicom(const fs::path& path) {
-  return lower_case(path.filename().string()) == "dicomdir";
+  return lower_case(text_of(path.filename())) == "dicomdir";
 }
 
 void FoundLines::give(const fs::path& path, const OptionTexts& options, const std::string& text,
@@ -81,58 +82,60 @@ void FoundLines::give(const fs::path& path, const OptionTexts& options, const st
   ++volumes_;
   if (!fits_a_line(path, options))
     return use_(
-        {path, options, "",
-         path.string() +
+        {text_of(path), options, "",
+         text_of(path) +
              ": a name has a tab or a line end, which a list cannot have; rename it, or give this volume "
              "to tagrid encode",
          Kind::broken});
-  if (names_ == nullptr) return use_({path, options, output_of(path, options), text});
+  if (names_ == nullptr) return use_({text_of(path), options, output_of(path, options), text});
   const fs::path place = is_directory_of_dicom(path) ? path.parent_path() : path;
   const std::string output =
       names_->name_of({.subject = subject,
                        .type = type,
-                       .stem = (is_folder(place.string()) ? place.filename() : place.stem()).string(),
-                       .identity = identity_of(path.string(), options, is_dicom ? subject.series : "")});
-  const auto [first, is_new] = named_.emplace(file_of(output), path.string());
+                       .stem = text_of(is_folder(text_of(place)) ? place.filename() : place.stem()),
+                       .identity = identity_of(text_of(path), options, is_dicom ? subject.series : "")});
+  const auto [first, is_new] = named_.emplace(file_of(output), text_of(path));
   try {
-    if (is_new && fits_a_line(output, {})) {
+    if (is_new && fits_a_line(path_of(output), {})) {
       output_called(output);
-      return use_({path, options, output, text});
+      return use_({text_of(path), options, output, text});
     }
-    use_({path, options, "",
-          is_new ? fmt::format("{}: --name gives it an impossible name", path.string())
+    use_({text_of(path), options, "",
+          is_new ? fmt::format("{}: --name gives it an impossible name", text_of(path))
                  : fmt::format("{}: --name gives it the name {}, which {} has; other fields tell them apart, "
                                "if they are no copies",
-                               path.string(), output, first->second),
+                               text_of(path), output, first->second),
           Kind::nameless});
   } catch (const UsageError& error) {
-    use_({path, options, "", fmt::format("{}: {}", path.string(), words_of(error)), Kind::nameless});
+    use_({text_of(path), options, "", fmt::format("{}: {}", text_of(path), words_of(error)), Kind::nameless});
   }
 }
 
 void FoundLines::give_broken(const fs::path& path, const OptionTexts& options, const Error& error) {
   // An image that a DICOMDIR names is looked at again in its directory if it cannot be read.
   const std::string text = words_of(error);
-  if (broken_.insert(text).second) use_({path, options, "", text, Kind::broken});
+  if (broken_.insert(text).second) use_({text_of(path), options, "", text, Kind::broken});
 }
 
 std::string FoundLines::output_of(const fs::path& path, const OptionTexts& options) {
   // The images of a DICOMDIR are those of its directory.
   const fs::path place = is_directory_of_dicom(path) ? path.parent_path() : path;
-  std::string name = output_name_of(place.lexically_relative(root_).string(), options);
-  if (name.empty()) name = root_.filename();
+  std::string name = output_name_of(text_of(place.lexically_relative(root_)), options);
+  if (name.empty()) name = text_of(root_.filename());
   if (taken_.insert(file_of(name)).second) return name;
   // A file may have the name of a series. The suffix depends on this volume alone: names must stay.
-  name += "-" + checksum_of_source(path.lexically_relative(root_).string(), options);
+  name += "-" + checksum_of_source(text_of(path.lexically_relative(root_)), options);
   taken_.insert(file_of(name));
   return name;
 }
 
 void FoundLines::pass_over(const fs::path& file, const std::string& why) {
-  passed_over_[{file.parent_path().string(), why}].push_back(file.filename().string());
+  passed_over_[{text_of(file.parent_path()), why}].push_back(text_of(file.filename()));
 }
 
-void FoundLines::belongs(const std::string& file) { of_volumes_.insert(fs::weakly_canonical(file).string()); }
+void FoundLines::belongs(const std::string& file) {
+  of_volumes_.insert(text_of(fs::weakly_canonical(path_of(file))));
+}
 
 void FoundLines::report_passed_over() const {
   constexpr std::size_t most_names = 5;
@@ -140,7 +143,7 @@ void FoundLines::report_passed_over() const {
     std::string listed;
     std::size_t count = 0;
     for (const std::string& name : names) {
-      if (of_volumes_.contains((fs::path(where.first) / name).string())) continue;
+      if (of_volumes_.contains(path_in(where.first, name))) continue;
       if (++count <= most_names) listed += fmt::format("{}{}", listed.empty() ? "" : ", ", name);
     }
     if (count == 0) continue;
@@ -148,7 +151,7 @@ void FoundLines::report_passed_over() const {
     use_({.path = "",
           .options = {},
           .output = "",
-          .text = fmt::format("{}: {}: {}", fs::path(where.first).lexically_relative(root_).string(), listed,
+          .text = fmt::format("{}: {}: {}", text_of(path_of(where.first).lexically_relative(root_)), listed,
                               where.second),
           .kind = Kind::passed_over,
           .files = count});
@@ -160,7 +163,7 @@ std::string why_no_volume(const std::string& path) {
   const std::string_view beginning = file.peek(most_bytes_of_others);
   if (beginning.empty()) return "empty";
   if (const OtherFormat* other = other_format_of(beginning, path)) return std::string(other->what);
-  const std::string extension = lower_case(fs::path(path).extension().string());
+  const std::string extension = extension_of(path);
   if (std::ranges::find(samples_alone, extension) != samples_alone.end())
     return "perhaps samples without a header: a line needs the columns dims= and type=";
   return "no known format";

@@ -18,6 +18,7 @@
 #include "io/system/files.h"
 #include "io/tag/bricks.h"
 #include "io/text/addresses.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "tools/archive/found_lines.h"
 
@@ -92,7 +93,7 @@ std::string lost_of_content(const TagBricks& file, const Format& format, Numbers
 std::string others_in_file(const std::string& input, SourceDescription source) {
   constexpr std::size_t most = 3;
   if (!source.dataset || is_folder(input)) return "";
-  const fs::path own = fs::path("/") / *source.dataset;
+  const fs::path own = path_of("/") / path_of(*source.dataset);
   source.dataset.reset();
   source.known = nullptr;
   std::vector<std::string> others;
@@ -100,7 +101,7 @@ std::string others_in_file(const std::string& input, SourceDescription source) {
     open_volume(input, source);
   } catch (const UsageError& error) {
     for (const Choice& choice : error.detail().choices)
-      if (fs::path("/") / choice.name != own) others.push_back(choice.name);
+      if (path_of("/") / path_of(choice.name) != own) others.push_back(choice.name);
   }
   const std::size_t shown = std::min(others.size(), most);
   const std::string more =
@@ -156,18 +157,18 @@ std::vector<std::string> removable_volume(const std::string& input, const Source
     require_file_as_output(input, output, advice);
   else
     require_files(input, output, advice);
-  if (is_directory_of_dicom(input))
+  if (is_directory_of_dicom(path_of(input)))
     refuse(input,
            "a DICOMDIR whose images are gone cannot be read, not even for its other series; encode the "
            "directories of its images instead",
            advice);
   require_lasting_choice(input, source);
   const auto volume = open_volume(input, source);
-  const auto folder = is_series ? fs::path(input) : fs::path(input).parent_path();
+  const auto folder = is_series ? path_of(input) : path_of(input).parent_path();
   for (const std::string& file : volume->files()) {
     require_removable(file, advice);
     // A header is untrusted input. It must not choose files in other directories for removal, by any path.
-    const auto from_there = fs::path(file).lexically_relative(folder);
+    const auto from_there = path_of(file).lexically_relative(folder);
     if (from_there.empty() || *from_there.begin() == ".." || (from_there.has_parent_path() && !is_series))
       refuse(file, "it may be in a different directory than its header", advice);
     if (is_file)

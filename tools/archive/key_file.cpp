@@ -14,6 +14,7 @@
 #include "io/files/held_files.h"
 #include "io/system/files.h"
 #include "io/system/this_process.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "tools/archive/subject.h"
 #include "tools/report/damage.h"
@@ -95,8 +96,8 @@ bool is_sealed(std::string_view line) {
 
 void require_outside(const std::string& option, const std::string& path, const std::string& folder) {
   namespace fs = std::filesystem;
-  const fs::path inner = fs::weakly_canonical(fs::absolute(path)),
-                 outer = fs::weakly_canonical(fs::absolute(folder));
+  const fs::path inner = fs::weakly_canonical(fs::absolute(path_of(path))),
+                 outer = fs::weakly_canonical(fs::absolute(path_of(folder)));
   if (is_below(inner, outer))
     throw UsageError("{} {}: is inside of {}, which must not have its names; choose a file elsewhere", option,
                      path, folder);

@@ -14,6 +14,7 @@
 #include "io/files/output_file.h"
 #include "io/system/files.h"
 #include "io/text/addresses.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "tools/archive/late_syncs.h"
 #include "tools/archive/name_template.h"
@@ -44,8 +45,8 @@ void refuse_records(const std::string& given, const fs::path& output) {
 /// Calls use(folder) for every folder of `output` below `root`, the outermost first.
 template <class Use>
 void for_each_folder(const std::string& root, const std::string& output, Use use) {
-  fs::path folder = root;
-  for (const fs::path& step : fs::path(output).parent_path()) use((folder /= step).string());
+  fs::path folder = path_of(root);
+  for (const fs::path& step : path_of(output).parent_path()) use(text_of(folder /= step));
 }
 
 /// Returns true if the directory exists.
@@ -73,17 +74,17 @@ class TakenOutputs {
 
   /// Throws UsageError, which names the earlier line, if `output` and an earlier output cannot both exist.
   void take(const std::string& output, std::size_t line) {
-    const fs::path name = output;
-    if (const auto [file, is_new] = files_.emplace(name.string(), line); !is_new)
+    const fs::path name = path_of(output);
+    if (const auto [file, is_new] = files_.emplace(text_of(name), line); !is_new)
       throw UsageError("{} would also be the output of line {}; {}", output, file->second, advice_);
-    if (const auto folder = folders_.find(name.string()); folder != folders_.end())
+    if (const auto folder = folders_.find(text_of(name)); folder != folders_.end())
       throw UsageError("{} would also be a directory of the output of line {}; {}", output, folder->second,
                        advice_);
     for (fs::path folder = name.parent_path(); !folder.empty(); folder = folder.parent_path()) {
-      if (const auto file = files_.find(folder.string()); file != files_.end())
+      if (const auto file = files_.find(text_of(folder)); file != files_.end())
         throw UsageError("{} is impossible, because {} is the output of line {}, not a directory; {}", output,
-                         folder.string(), file->second, advice_);
-      folders_.emplace(folder.string(), line);
+                         text_of(folder), file->second, advice_);
+      folders_.emplace(text_of(folder), line);
     }
   }
 
@@ -96,7 +97,7 @@ class TakenOutputs {
 std::string absolute_name(const fs::path& path) {
   std::error_code error;
   const fs::path folder = fs::weakly_canonical(fs::absolute(path).parent_path(), error);
-  return error ? fs::absolute(path).string() : (folder / path.filename()).string();
+  return error ? text_of(fs::absolute(path)) : text_of(folder / path.filename());
 }
 
 ManifestLine parse_line(const std::vector<std::string_view>& columns, const fs::path& folder,
@@ -108,12 +109,12 @@ ManifestLine parse_line(const std::vector<std::string_view>& columns, const fs::
                      shown_address(listed));
   if (is_unknown_address(listed, folder)) throw UsageError(about_unknown_address(listed));
   while (listed.size() > 1 && listed.ends_with('/')) listed.pop_back();
-  const fs::path path = folder / listed;
+  const fs::path path = folder / path_of(listed);
   if (path.filename().empty() || path.filename() == "." || path.filename() == "..")
     throw UsageError("{}: is not the name of a file or a directory", columns[0]);
   line.name = listed;
   line.input = absolute_name(path);
-  line.is_relative = !fs::path(listed).is_absolute();
+  line.is_relative = !path_of(listed).is_absolute();
   const bool looks_like_columns = columns.size() == 1 && columns[0].find(' ') < columns[0].rfind('=') &&
                                   columns[0].rfind('=') != columns[0].npos;
   if (looks_like_columns && !status_of_name(line.input))
@@ -138,25 +139,25 @@ ManifestLine parse_line(const std::vector<std::string_view>& columns, const fs::
     if (name == "series" || name == "dataset") line.name += fmt::format(" ({}={})", name, value);
   }
   // A directory may have dots in its name.
-  const bool has_suffix = !is_folder(path);
+  const bool has_suffix = !is_folder(text_of(path));
   if (line.output.empty())
     line.output = keep_folders ? output_mirroring(listed, !has_suffix)
-                               : (has_suffix ? path.stem() : path.filename()).string() + ".tag";
+                               : text_of(has_suffix ? path.stem() : path.filename()) + ".tag";
   return line;
 }
 
 }  // namespace
 
 std::string output_called(const std::string& name) {
-  const fs::path path = name;
+  const fs::path path = path_of(name);
   if (path.is_absolute()) throw UsageError("output={}: must be a path inside the output directory", name);
   if (goes_up(path)) throw UsageError("output={}: must not contain ..", name);
   fs::path output = path.lexically_normal();
   if (output.filename().empty() || output == ".")
     throw UsageError("output={}: is not the name of a file", name);
-  if (output.extension() != ending) output += ending;
+  if (output.extension() != path_of(ending)) output += ending;
   refuse_records("output=" + name, output);
-  return output.string();
+  return text_of(output);
 }
 
 std::string mark_of_output(const std::string& output, const KeyFile& keys) {
@@ -184,7 +185,7 @@ bool is_possible_output(const std::string& name) {
 }
 
 std::string output_mirroring(const std::string& listed, bool is_folder) {
-  const fs::path path = listed;
+  const fs::path path = path_of(listed);
   // ".." may lead through a link, so the name would not show the folder of the volume.
   if (path.is_absolute() || goes_up(path))
     throw UsageError(
@@ -192,9 +193,9 @@ std::string output_mirroring(const std::string& listed, bool is_folder) {
         listed);
   const fs::path normal = path.lexically_normal();
   const fs::path output =
-      normal.parent_path() / ((is_folder ? normal.filename() : normal.stem()).string() + ending);
+      normal.parent_path() / path_of((text_of(is_folder ? normal.filename() : normal.stem()) + ending));
   refuse_records(listed, output);
-  return output.string();
+  return text_of(output);
 }
 
 void require_own_folders(const std::string& root, const std::string& output) {
@@ -219,7 +220,7 @@ std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTex
   // Relative paths cannot start at the directory of a pipe: the pipe of <(...) in a shell is in /dev.
   const bool in_folder = is_regular_output(path) && path != "/dev/stdin" && !path.starts_with("/dev/fd/") &&
                          !path.starts_with("/proc/");
-  const fs::path folder = in_folder ? fs::path(path).parent_path() : fs::path();
+  const fs::path folder = in_folder ? path_of(path).parent_path() : fs::path();
   std::vector<ManifestLine> lines;
   TakenOutputs taken(keep_folders
                          ? "give it another name in a column output=NAME"

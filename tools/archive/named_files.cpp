@@ -15,6 +15,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
 #include "io/system/files.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "io/text/utf8.h"
 
@@ -245,25 +246,23 @@ namespace fs = std::filesystem;
 
 std::string real_folder_of(const std::string& file) {
   const std::string folder = folder_of(file);
-  return without_links(folder).value_or(fs::path(folder)).string();
+  return text_of(without_links(path_of(folder)).value_or(path_of(folder)));
 }
-
-std::string file_name(const std::string& file) { return fs::path(file).filename().string(); }
 
 }  // namespace
 
 std::string not_own_name(const std::string& input, const std::string& file) {
-  const std::string name = file_name(file), header = file_name(input);
+  const std::string name = name_of_path(file), header = name_of_path(input);
   if (name == header) return "";
   // volume.ome.tif has volume.raw, too.
-  for (std::string stem = fs::path(header).stem().string();; stem = fs::path(stem).stem().string()) {
+  for (std::string stem = text_of(path_of(header).stem());; stem = text_of(path_of(stem).stem())) {
     if (name.starts_with(stem)) {
       std::string_view rest = std::string_view(name).substr(stem.size());
       if (!rest.empty() && (rest.front() == '_' || rest.front() == '-')) rest.remove_prefix(1);
       rest.remove_prefix(std::min(rest.find_first_not_of("0123456789"), rest.size()));
       if (rest.empty() || rest.front() == '.') return "";
     }
-    if (fs::path(stem).extension().empty()) break;
+    if (path_of(stem).extension().empty()) break;
   }
   return "it does not have the name of " + header + ", so it may also belong to other volumes";
 }
@@ -295,11 +294,11 @@ void OtherHeaders::add_headers(const std::string& place, const Listing& listing,
     for (const std::string& path : before) meant.add(path + file, file);
   for (const std::string& link : listing.links) {
     std::error_code error;
-    const fs::path target = fs::weakly_canonical(fs::path(place) / link, error);
-    if (!error && target.parent_path() == folder) meant.add(link, target.filename().string());
+    const fs::path target = fs::weakly_canonical(path_of(place) / path_of(link), error);
+    if (!error && target.parent_path() == path_of(folder)) meant.add(link, text_of(target.filename()));
   }
   for (const std::string& name : listing.headers) {
-    const std::string header = (fs::path(place) / name).string(), stem = fs::path(name).stem().string();
+    const std::string header = path_in(place, name), stem = text_of(path_of(name).stem());
     const HeaderKind& kind = *kind_of_header(name);
     std::set<std::string> named;
     try {
@@ -321,20 +320,22 @@ const OtherHeaders::Headers& OtherHeaders::in_folder(const std::string& folder) 
   Headers headers;
   const Listing listing = list(folder);
   add_headers(folder, listing, folder, listing.files, {""}, everything, headers);
-  const fs::path here(folder), above = here.parent_path();
-  const std::string from_above = here.filename().string() + "/";
+  const fs::path here(path_of(folder)), above = here.parent_path();
+  const std::string from_above = text_of(here.filename()) + "/";
   const auto add_nearby = [&](const std::string& place, const std::vector<std::string>& before) {
     try {
       // A directory is above many others.
-      const auto known = place == above ? above_.find(place) : above_.end();
+      const auto known = path_of(place) == above ? above_.find(place) : above_.end();
       const Listing there = known == above_.end() ? list(place) : known->second;
       add_headers(place, there, folder, listing.files, before, nearby, headers);
-      if (place == above && known == above_.end()) above_[place] = {{}, {}, there.headers, there.links};
+      if (path_of(place) == above && known == above_.end())
+        above_[place] = {{}, {}, there.headers, there.links};
     } catch (const WorldError&) {  // it may be of others
     }
   };
-  for (const std::string& name : listing.below) add_nearby((here / name).string(), {"../", from_above});
-  if (above != here) add_nearby(above.string(), {from_above});
+  for (const std::string& name : listing.below)
+    add_nearby(text_of(here / path_of(name)), {"../", from_above});
+  if (above != here) add_nearby(text_of(above), {from_above});
   return folders_[folder] = std::move(headers);
 }
 
@@ -344,15 +345,15 @@ std::optional<OtherHeaders::Named> OtherHeaders::first_named(const std::vector<s
   for (const std::string& file : volume) {
     std::string& folder = canonical[folder_of(file)];
     if (folder.empty()) folder = real_folder_of(file);
-    own.insert((fs::path(folder) / file_name(file)).string());
+    own.insert(path_in(folder, name_of_path(file)));
   }
   for (const std::string& file : volume) {
     const std::string& folder = canonical[folder_of(file)];
     const Headers& headers = in_folder(folder);
-    if (const auto found = headers.find(file_name(file)); found != headers.end())
+    if (const auto found = headers.find(name_of_path(file)); found != headers.end())
       for (const std::string& header : found->second)
-        if (!own.contains(header) && header != (fs::path(folder) / file_name(file)).string())
-          return Named{file, fs::path(header).lexically_relative(folder).string()};
+        if (!own.contains(header) && header != path_in(folder, name_of_path(file)))
+          return Named{file, text_of(path_of(header).lexically_relative(path_of(folder)))};
   }
   return std::nullopt;
 }

@@ -7,6 +7,7 @@
 
 #include "io/errors/errors.h"
 #include "io/system/files.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "tools/report/failure.h"
 
@@ -59,20 +60,20 @@ std::optional<KnownOutput> known_output(const ordered_json& record, const std::s
 
 std::string canonical_folder(const std::string& folder) {
   std::error_code error;
-  const fs::path canonical = fs::weakly_canonical(fs::absolute(folder), error);
-  const std::string path = error ? fs::absolute(folder).string() : canonical.string();
+  const fs::path canonical = fs::weakly_canonical(fs::absolute(path_of(folder)), error);
+  const std::string path = error ? text_of(fs::absolute(path_of(folder))) : text_of(canonical);
   return path.size() > 1 && path.ends_with('/') ? path.substr(0, path.size() - 1) : path;
 }
 
 std::string name_in_records(const std::string& path, const std::string& base) {
   if (base.empty()) return path;
-  const std::string name = fs::path(path).lexically_relative(base).string();
+  const std::string name = text_of(path_of(path).lexically_relative(path_of(base)));
   return name.empty() ? path : name;
 }
 
 std::string path_in_records(const std::string& name, const std::string& base) {
-  if (name.empty() || fs::path(name).is_absolute() || name.starts_with(keyed_mark)) return name;
-  std::string path = (fs::path(base) / name).lexically_normal().string();
+  if (name.empty() || path_of(name).is_absolute() || name.starts_with(keyed_mark)) return name;
+  std::string path = text_of((path_of(base) / path_of(name)).lexically_normal());
   if (path.size() > 1 && path.ends_with('/')) path.pop_back();  // "." and ".." are directories
   return path;
 }

@@ -19,6 +19,7 @@
 #include "io/formats/table/open_volume.h"
 #include "io/parity/layout.h"
 #include "io/system/files.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -77,8 +78,8 @@ std::string base_of_records(const std::string& folder, const ManifestLine& line)
   if (!line.is_relative) return "";
   std::string base = canonical_folder(folder);
   const auto steps = [](const fs::path& path) { return std::distance(path.begin(), path.end()) - 1; };
-  const fs::path name = fs::path(line.input).lexically_relative(base);
-  return name.empty() || std::ranges::count(name, "..") >= steps(base) ? "" : base;
+  const fs::path name = path_of(line.input).lexically_relative(path_of(base));
+  return name.empty() || std::ranges::count(name, "..") >= steps(path_of(base)) ? "" : base;
 }
 
 ordered_json json_of(const std::vector<InputFile>& files, const std::string& base) {
@@ -138,7 +139,7 @@ void KnownOutputs::read_more() {
   if (!tagrid::files().list(given_, entries)) throw world_error("cannot read", given_, errno);
   for (const FolderEntry& entry : entries)
     if (entry.name.starts_with("results") && entry.name.ends_with(".jsonl"))
-      read((fs::path(given_) / entry.name).string());
+      read(path_in(given_, entry.name));
 }
 
 void KnownOutputs::read(const std::string& path) {

@@ -13,6 +13,7 @@
 #include "io/system/files.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
+#include "io/text/paths.h"
 #include "io/volume/one_of_volumes.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
@@ -32,8 +33,8 @@ using nlohmann::ordered_json;
 
 std::string canonical_name(const std::string& path) {
   std::error_code error;
-  const fs::path canonical = fs::weakly_canonical(path, error);
-  return error ? path : canonical.string();
+  const fs::path canonical = fs::weakly_canonical(path_of(path), error);
+  return error ? path : text_of(canonical);
 }
 
 /// Adds all files below a directory that can be seen.
@@ -41,7 +42,7 @@ void add_files_below(const std::string& folder, std::vector<std::string>& all) {
   std::vector<FolderEntry> entries;
   files().list(folder, entries);
   for (const FolderEntry& entry : entries) {
-    const std::string path = (fs::path(folder) / entry.name).string();
+    const std::string path = path_in(folder, entry.name);
     if (entry.type == FileType::folder)
       add_files_below(path, all);
     else if (!is_folder(folder, entry))
@@ -83,7 +84,7 @@ void RemovalPass::count_files(const ManifestLine& line) {
       files.clear();
       add_files_below(line.input, files);
     } else if (status && status->is_file())
-      unknown_.push_back({line.input, fs::path(canonical_name(line.input)).parent_path().string(),
+      unknown_.push_back({line.input, text_of(path_of(canonical_name(line.input)).parent_path()),
                           beginning_of_file(line.input), error.what()});
   }
   std::set<std::string> names;
@@ -99,8 +100,8 @@ void RemovalPass::require_not_needed(const ManifestLine& line, const std::string
   // Beside a header, samples may lie that another header names, too.
   const bool is_data_file = name != canonical_name(line.input) && !is_folder(line.input);
   for (const UnknownFiles& other : unknown_)
-    if ((is_data_file && fs::path(name).parent_path() == other.folder) ||
-        other.beginning.find(fs::path(name).filename().string()) != std::string::npos)
+    if ((is_data_file && path_of(name).parent_path() == path_of(other.folder)) ||
+        other.beginning.find(name_of_path(name)) != std::string::npos)
       throw UsageError(
           "{}: may also belong to {}, which cannot be opened ({}); it is kept; repair that volume or, if "
           "nobody needs it, remove its header and its line in the list",
@@ -111,7 +112,7 @@ void RemovalPass::remove_original(const ManifestLine& line, ordered_json& record
                                   const std::function<void()>& append) {
   const KnownOutput* known = known_.find(line.output);
   Volume volume{.line = line,
-                .output = (fs::path(options_.output_dir) / line.output).string(),
+                .output = path_in(options_.output_dir, line.output),
                 .known = known != nullptr ? std::optional(*known) : std::nullopt};
   archive::Facts facts;
   record["status"] = "kept";  // also if facts cannot be gathered: that is no failed encoding
@@ -208,7 +209,7 @@ void RemovalPass::keep(Action reason, const Volume& volume, ordered_json& record
 
 /// Whoever made the directories of an output may have ended before they were durable.
 void RemovalPass::make_durable(const std::string& output) {
-  if (durable_folders_.insert(fs::path(output).parent_path().string()).second)
+  if (durable_folders_.insert(text_of(path_of(output).parent_path())).second)
     make_own_folders(options_.output_dir, output);
 }
 

@@ -8,6 +8,7 @@
 
 #include "io/errors/errors.h"
 #include "io/system/files.h"
+#include "io/text/paths.h"
 #include "tools/archive/manifest.h"
 #include "tools/archive/records.h"
 
@@ -25,8 +26,8 @@ fs::path common_folder(const fs::path& one, const fs::path& other) {
 }
 
 fs::path common_folder(const std::vector<InputFile>& files) {
-  fs::path folder = fs::path(files.front().path).parent_path();
-  for (const InputFile& file : files) folder = common_folder(folder, fs::path(file.path).parent_path());
+  fs::path folder = path_of(files.front().path).parent_path();
+  for (const InputFile& file : files) folder = common_folder(folder, path_of(file.path).parent_path());
   return folder;
 }
 
@@ -45,10 +46,10 @@ std::string impossible_name(const std::string& output, const KnownOutput& known)
 std::vector<std::string> tag_files_in(const std::string& folder) {
   std::vector<std::string> names;
   std::error_code error;
-  for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end;
+  for (fs::recursive_directory_iterator entry(path_of(folder), error), end; !error && entry != end;
        entry.increment(error))
     if (entry->path().extension() == ".tag" && entry->is_regular_file(error))
-      names.push_back(entry->path().lexically_relative(folder).string());
+      names.push_back(text_of(entry->path().lexically_relative(path_of(folder))));
   if (error) throw world_error("cannot read", folder, error.value());
   std::ranges::sort(names);
   return names;
@@ -61,7 +62,7 @@ std::vector<std::string> what_is_unknown(const std::string& output_dir, const Kn
   for (const std::string& name : tag_files_in(output_dir)) {
     const KnownOutput* one = known.find(name);
     if (one != nullptr && (one->state == archive::Record::removed || status_of_name(one->input))) continue;
-    const std::string output = (fs::path(output_dir) / name).string();
+    const std::string output = path_in(output_dir, name);
     sentences.push_back(
         fmt::format("{}: is in no record that says \"removed\"; if its original is missing, `tagrid restore "
                     "{} -o DIR` restores it",
@@ -76,9 +77,9 @@ std::string folder_of_all(const std::vector<RemovedOriginal>& originals) {
   fs::path folder;
   for (const RemovedOriginal& original : originals) {
     if (original.folder.empty()) continue;
-    folder = folder.empty() ? fs::path(original.folder) : common_folder(folder, original.folder);
+    folder = folder.empty() ? path_of(original.folder) : common_folder(folder, path_of(original.folder));
   }
-  return folder.string();
+  return text_of(folder);
 }
 
 RemovedOriginals removed_originals(const std::string& output_dir, KeyFile* keys) {
@@ -90,10 +91,10 @@ RemovedOriginals removed_originals(const std::string& output_dir, KeyFile* keys)
   std::vector<RemovedOriginal> originals;
   for (const auto& [output, one] : known.all()) {
     if (one.state != archive::Record::removed) continue;
-    RemovedOriginal original{one.input, (fs::path(output_dir) / output).string(), "", false, ""};
+    RemovedOriginal original{one.input, path_in(output_dir, output), "", false, ""};
     original.error = impossible_name(output, one);
     if (original.error.empty()) {
-      original.folder = common_folder(one.input_files).string();
+      original.folder = text_of(common_folder(one.input_files));
       original.is_back = std::ranges::all_of(
           one.input_files, [](const InputFile& file) { return is_file_of_size(file.path, file.bytes); });
     }

@@ -20,6 +20,7 @@
 #include "io/files/temporaries.h"
 #include "io/parity/parity.h"
 #include "io/system/files.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "tools/archive/manifest.h"
 #include "tools/catalogue/records_editor.h"
@@ -37,8 +38,8 @@ bool remove_if_there(const std::string& path) {
 
 /// Removes the directories of an output that are empty now.
 void remove_empty_folders(const std::string& folder, const std::string& name) {
-  for (fs::path below = fs::path(name).parent_path(); !below.empty(); below = below.parent_path()) {
-    const std::string path = folder + "/" + below.string();
+  for (fs::path below = path_of(name).parent_path(); !below.empty(); below = below.parent_path()) {
+    const std::string path = folder + "/" + text_of(below);
     if (!files().remove_folder(path)) return;
     sync_folder(folder_of(path));
   }
@@ -86,8 +87,8 @@ std::set<std::string> names_in(const CatalogueEntry& entry) {
   std::set<std::string> names = {entry.patient, entry.patient_id};
   const auto is_letter = [](unsigned char c) { return c >= 128 || std::isalpha(c) != 0; };
   for (const std::string& path : {entry.name, entry.input})
-    for (const fs::path& step : fs::path(path))
-      if (std::ranges::any_of(step.string(), is_letter)) names.insert(step.string());
+    for (const fs::path& step : path_of(path))
+      if (std::ranges::any_of(text_of(step), is_letter)) names.insert(text_of(step));
   std::erase_if(names, [](const std::string& name) { return name.size() < least_letters; });
   return names;
 }

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "tools/archive/record_line.h"
 #include "tools/catalogue/records_editor.h"
@@ -23,8 +24,8 @@ struct Renaming {
     const std::string path = path_in_records(name, folder);
     const std::string beginning = from == "/" ? from : from + "/";
     if (path != from && !path.starts_with(beginning)) return false;
-    const std::string moved = path == from ? to : (fs::path(to) / path.substr(beginning.size())).string();
-    text = text_of_name(fs::path(name).is_absolute() ? moved : name_in_records(moved, folder));
+    const std::string moved = path == from ? to : path_in(to, path.substr(beginning.size()));
+    text = text_of_name(path_of(name).is_absolute() ? moved : name_in_records(moved, folder));
     return true;
   }
 };

@@ -15,6 +15,7 @@
 #include "io/errors/errors.h"
 #include "io/system/files.h"
 #include "io/system/this_process.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "tools/catalogue/forget.h"
 #include "tools/catalogue/move.h"
@@ -166,10 +167,11 @@ struct MoveCommand : ArchiveCommand {
 
   void execute() const {
     const std::string old = absolute(from, "--from"),
-                      now = fs::weakly_canonical(absolute(to, "--to")).string();
+                      now = text_of(fs::weakly_canonical(path_of(absolute(to, "--to"))));
     Moved moved = move_originals(folder, old, now, keys);
     // Records have paths without links.
-    if (moved.changed == 0) moved = move_originals(folder, fs::weakly_canonical(old).string(), now, keys);
+    if (moved.changed == 0)
+      moved = move_originals(folder, text_of(fs::weakly_canonical(path_of(old))), now, keys);
     for (const std::string& place : moved.unknown)
       say("tagrid: {} is not a record, and stays as it is", place);
     if (moved.changed == 0)
@@ -181,7 +183,7 @@ struct MoveCommand : ArchiveCommand {
 
   static std::string absolute(const std::string& path, const char* option) {
     if (path.empty()) throw UsageError("give {} DIR", option);
-    std::string text = fs::absolute(path).lexically_normal().string();
+    std::string text = text_of(fs::absolute(path_of(path)).lexically_normal());
     while (text.size() > 1 && text.ends_with('/')) text.pop_back();
     return text;
   }

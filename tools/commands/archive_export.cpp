@@ -7,6 +7,7 @@
 
 #include "io/errors/errors.h"
 #include "io/system/files.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "tools/archive/manifest.h"
 #include "tools/commands/archive_command.h"
@@ -32,7 +33,7 @@ void take_out(const ArchiveCommand& command, const char* name, const char* done,
       if (!entry.bytes)
         throw BrokenInput(entry.status == "failed" ? "was never encoded: " + entry.problem
                                                    : path + ": is gone");
-      take(path, fs::path(entry.name).replace_extension().string());
+      take(path, text_of(path_of(entry.name).replace_extension()));
       ++taken;
     } catch (const Error&) {
       ++failed;
@@ -60,7 +61,7 @@ struct ArchiveRestoreCommand : ArchiveCommand {
     make_target(output.path);
     take_out(*this, "archive restore", "restored", [&](const std::string& path, const std::string& name) {
       make_own_folders(output.path, name);
-      restore_files_of(path, (fs::path(output.path) / name).string(), output.overwrite, run, ranks);
+      restore_files_of(path, path_in(output.path, name), output.overwrite, run, ranks);
     });
   }
 };
@@ -79,17 +80,17 @@ struct ArchiveExportCommand : ArchiveCommand {
     if (volume.format == dicom) refuse_for_dicom();
     make_target(volume.output);
     if (volume.format == dicom)
-      return take_out(
-          *this, "archive export", "exported", [&](const std::string& path, const std::string& name) {
-            make_own_folders(volume.output, name);
-            export_as_dicom(path, (fs::path(volume.output) / name).string(), volume.overwrite, run, ranks);
-          });
+      return take_out(*this, "archive export", "exported",
+                      [&](const std::string& path, const std::string& name) {
+                        make_own_folders(volume.output, name);
+                        export_as_dicom(path, path_in(volume.output, name), volume.overwrite, run, ranks);
+                      });
     wanted_region(volume.region);  // refused before the first volume
     const std::string extension(format_named(volume.format).extensions.front());
     take_out(*this, "archive export", "exported", [&](const std::string& path, const std::string& name) {
       ExportedVolume one = volume;
       one.input = path;
-      one.output = (fs::path(volume.output) / (name + extension)).string();
+      one.output = path_in(volume.output, (name + extension));
       make_own_folders(volume.output, name + extension);
       decode_as(one, run, ranks);
     });

@@ -11,6 +11,7 @@
 #include "io/files/file_attributes.h"
 #include "io/system/files.h"
 #include "io/system/this_process.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "tools/archive/conversion.h"
 #include "tools/archive/find_volumes.h"
@@ -74,7 +75,7 @@ struct ConvertCommand {
     if (remove_verified) refuse_lines_without_bound(asked, lines);
     keep_report_apart(lines);
     // The report may be the first file in the directory of the outputs.
-    if (!remove_verified && fs::path(options.run.json).parent_path() == fs::path(options.output_dir))
+    if (!remove_verified && path_of(options.run.json).parent_path() == path_of(options.output_dir))
       make_output_dir();
     RunReport report(options.run.json, options.run.thread_count(), options.overwrite, "convert", manifest,
                      options.output_dir);
@@ -279,16 +280,16 @@ struct ConvertCommand {
   void keep_report_apart(const std::vector<ManifestLine>& lines) const {
     if (options.run.json.empty()) return;
     const auto canonical = [](const fs::path& path) {
-      return fs::weakly_canonical(fs::absolute(path)).string();
+      return text_of(fs::weakly_canonical(fs::absolute(path)));
     };
-    const fs::path report = options.run.json, folder = options.output_dir;
-    const std::string name = report.filename().string();
+    const fs::path report = path_of(options.run.json), folder = path_of(options.output_dir);
+    const std::string name = text_of(report.filename());
     if (name.starts_with("results") && name.ends_with(".jsonl") &&
-        canonical(folder / name) == canonical(report))
+        canonical(folder / path_of(name)) == canonical(report))
       throw UsageError("--json " + options.run.json +
                        ": is the name of a file of records; choose another name");
     for (const ManifestLine& line : lines)
-      if (canonical(folder / line.output) == canonical(report))
+      if (canonical(folder / path_of(line.output)) == canonical(report))
         throw UsageError("--json " + options.run.json + ": is an output of the list; choose another name");
   }
 

@@ -12,6 +12,7 @@
 #include "io/parity/parity.h"
 #include "io/parts/part_folder.h"
 #include "io/system/files.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "pipeline/job/resolved_options.h"
 #include "pipeline/run/run.h"
@@ -107,7 +108,7 @@ struct EncodeCommand {
   static std::string output_for(std::string input) {
     if (!is_folder(input)) return output_beside(input, ".tag");
     while (input.size() > 1 && input.ends_with('/')) input.pop_back();
-    if (const fs::path name = fs::path(input).filename();
+    if (const fs::path name = path_of(input).filename();
         name == "." || name == ".." || name == "/" || name.empty())
       throw UsageError(input + ": is a directory without a name of its own; give -o FILE");
     return input + ".tag";
@@ -166,7 +167,7 @@ struct EncodeCommand {
   void keep_report_apart(const std::string& parts) const {
     if (run.json.empty() || run.json == "-") return;
     const auto canonical = [](const fs::path& path) { return fs::weakly_canonical(fs::absolute(path)); };
-    const fs::path folder = canonical(parts), report = canonical(run.json);
+    const fs::path folder = canonical(path_of(parts)), report = canonical(path_of(run.json));
     if (std::ranges::mismatch(folder, report).in1 == folder.end())
       throw UsageError("--json {}: {} is the directory for the parts of the run; choose a file outside it",
                        run.json, parts);

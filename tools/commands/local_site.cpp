@@ -11,6 +11,7 @@
 #include "io/errors/errors.h"
 #include "io/system/this_process.h"
 #include "io/text/addresses.h"
+#include "io/text/paths.h"
 #include "pipeline/serving/serve.h"
 
 namespace tagrid {
@@ -23,8 +24,7 @@ std::string random_token() {
 }
 
 std::string name_of_input(const std::string& input) {
-  const std::string name =
-      std::filesystem::path(is_address(input) ? input.substr(0, input.find('?')) : input).filename().string();
+  const std::string name = name_of_path(is_address(input) ? input.substr(0, input.find('?')) : input);
   return name.empty() ? "volume.tag" : name;
 }
 

@@ -44,8 +44,7 @@ int fail(const Failure& failure) {
 }
 
 /// The arguments in reverse order, as CLI11 wants them. `help COMMAND` is `COMMAND --help`, as in git.
-std::vector<std::string> reversed_arguments(int argc, char** argv, const CLI::App& app) {
-  std::vector<std::string> arguments(argv + 1, argv + argc);
+std::vector<std::string> reversed(std::vector<std::string> arguments, const CLI::App& app) {
   if (!arguments.empty() && arguments.front() == "help") {
     arguments.erase(arguments.begin());
     const auto is_asked_for = [&](const CLI::App* command) { return command->check_name(arguments.front()); };
@@ -55,13 +54,12 @@ std::vector<std::string> reversed_arguments(int argc, char** argv, const CLI::Ap
   return {arguments.rbegin(), arguments.rend()};
 }
 
-int run_command(Ranks& ranks, int argc, char** argv) {
+int run_command(Ranks& ranks, const std::vector<std::string>& arguments) {
   CLI::App app{
       "Compress CT volumes: every voxel within a bound, and an adaptive tetrahedral mesh in the same file",
       "tagrid"};
   const auto commands = add_commands(app, version);
-  for (int i = 1; i < argc; ++i) {
-    const std::string_view argument = argv[i];
+  for (const std::string_view argument : arguments) {
     // Any message may quote an argument, such as one too many.
     for (const std::string_view text : {argument, argument.substr(argument.find('=') + 1)})
       if (is_address(text) || is_unknown_address(std::string(text)))
@@ -70,7 +68,7 @@ int run_command(Ranks& ranks, int argc, char** argv) {
       throw UsageError("an argument is empty; is a shell variable unset?");
   }
   try {
-    app.parse(reversed_arguments(argc, argv, app));
+    app.parse(reversed(arguments, app));
   } catch (const CLI::Success& success) {
     app.exit(success);
     std::cout.flush();
@@ -92,9 +90,9 @@ int run_command(Ranks& ranks, int argc, char** argv) {
 }
 
 /// Runs the program, and turns any exception into an exit code.
-int guarded_run(Ranks& ranks, int argc, char** argv) {
+int guarded_run(Ranks& ranks, const std::vector<std::string>& arguments) {
   try {
-    return run_command(ranks, argc, argv);
+    return run_command(ranks, arguments);
   } catch (const std::exception&) {
     return fail(current_failure());
   }
@@ -111,7 +109,7 @@ void tell_of_mpi(int code) {
 }
 #else
 /// Rank 0 runs the program and prints all messages; the other ranks carry out its orders.
-int run_with_mpi(int argc, char** argv) {
+int run_with_mpi(const std::vector<std::string>& arguments) {
   int code = exit_bug;
   std::unique_ptr<Ranks> ranks;
   try {
@@ -122,7 +120,7 @@ int run_with_mpi(int argc, char** argv) {
       code =
           serve(*ranks, give_back_freed_memory, [&](const Bytes& order) { obey_conversion(*ranks, order); });
     } else {
-      code = guarded_run(*ranks, argc, argv);
+      code = guarded_run(*ranks, arguments);
       dismiss(*ranks, code);
     }
   } catch (const std::exception& error) {
@@ -142,12 +140,13 @@ int main(int argc, char** argv) {
                                             static_cast<std::size_t>(most_threads));
   keep_freed_memory();
   occupy_standard_streams();
+  const std::vector<std::string> arguments = arguments_of_program(argc, argv);
 #ifdef TAGRID_MPI
-  return run_with_mpi(argc, argv);
+  return run_with_mpi(arguments);
 #else
   catch_signals();
   Ranks alone;
-  const int code = guarded_run(alone, argc, argv);
+  const int code = guarded_run(alone, arguments);
   tell_of_mpi(code);
   return code;
 #endif

@@ -1,6 +1,7 @@
 // tagrid preview: writes a picture of the volume in a .tag file.
 
 #include "io/files/open_source.h"
+#include "io/text/paths.h"
 #include "pipeline/preview/read_preview.h"
 
 #include <filesystem>
@@ -54,15 +55,14 @@ struct PreviewCommand {
     const CodingParameters& parameters = file.parameters();
     const Rescale& rescale = file.header().metadata.rescale();
     const GreyWindow shown = wanted_window ? *wanted_window : window_of(content, parameters.type, rescale);
-    const Image picture =
-        sheet_of({.title = input == "-" ? "standard input" : std::filesystem::path(input).filename().string(),
-                  .lines = lines_about(*all, number, file),
-                  .content = content,
-                  .type = parameters.type,
-                  .rescale = rescale,
-                  .window = shown,
-                  .lengths = lengths_of(file.header()),
-                  .cube_size = parameters.cube_size});
+    const Image picture = sheet_of({.title = input == "-" ? "standard input" : name_of_path(input),
+                                    .lines = lines_about(*all, number, file),
+                                    .content = content,
+                                    .type = parameters.type,
+                                    .rescale = rescale,
+                                    .window = shown,
+                                    .lengths = lengths_of(file.header()),
+                                    .cube_size = parameters.cube_size});
     OutputFile png(path, output.overwrite);
     write_png(picture.width(), picture.height(), picture.bytes(), png);
     report.write(figures_with(content, shown, file, all->sizes().file, png.position()), png);

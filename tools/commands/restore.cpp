@@ -10,6 +10,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/temporaries.h"
 #include "io/metadata/loss.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "pipeline/restore/restore.h"
 #include "tools/archive/removed_originals.h"
@@ -79,7 +80,8 @@ struct RestoreCommand {
         one.output.path = original.folder;
       else
         one.output.path =
-            (fs::path(output.path) / fs::path(original.folder).lexically_relative(all)).lexically_normal();
+            text_of((path_of(output.path) / path_of(original.folder).lexically_relative(path_of(all)))
+                        .lexically_normal());
       one.records.clear();
       one.keys.clear();
       try {

@@ -11,6 +11,7 @@
 #include "io/system/this_process.h"
 #include "io/tag/bricks.h"
 #include "io/text/addresses.h"
+#include "io/text/paths.h"
 #include "pipeline/materials/settings.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/local_site.h"
@@ -35,7 +36,7 @@ fs::path viewer_folder() {
   throw WorldError(
       "the page of the viewer is not installed (looked for in {} and {}); install the Debian package "
       "tagrid, which contains it, or make it with tools/install_packages.sh page and web/build.sh",
-      folders[0].string(), folders[1].string());
+      text_of(folders[0]), text_of(folders[1]));
 }
 
 struct ViewCommand {
@@ -64,8 +65,8 @@ struct ViewCommand {
     const fs::path folder = viewer_folder();
     for (const auto& entry : fs::recursive_directory_iterator(folder)) {
       if (!entry.is_regular_file()) continue;
-      const std::string name = entry.path().lexically_relative(folder).string();
-      site.items[root + name] = {std::make_shared<FileSource>(entry.path().string()),
+      const std::string name = text_of(entry.path().lexically_relative(folder));
+      site.items[root + name] = {std::make_shared<FileSource>(text_of(entry.path())),
                                  std::string(media_type(name))};
     }
     site.items[root] = site.items.at(root + "index.html");

@@ -7,6 +7,8 @@
 #include <memory>
 #include <sstream>
 
+#include "io/text/paths.h"
+
 namespace tagrid {
 namespace {
 
@@ -191,7 +193,7 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
       std::find_if(words.begin(), words.end(), [](const auto& w) { return w.size() > 1 && w[0] == '-'; });
   if (option != words.end() && *option == "--")
     return where + "--: everything after it is a file name; give options before it, and one name after it";
-  if (std::error_code none; option != words.end() && std::filesystem::exists(*option, none))
+  if (std::error_code none; option != words.end() && std::filesystem::exists(path_of(*option), none))
     return fmt::format("{}unknown option {}; for the file of this name, give ./{}", where, *option, *option);
   // What is nearest to it is another bound.
   if (option != words.end() && command.get_name() == "estimate" && name_of_option(*option) == "--max-error")

@@ -10,6 +10,7 @@
 #include "io/files/open_source.h"
 #include "io/system/this_process.h"
 #include "io/tag/bricks.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "tools/report/process.h"
 
@@ -24,10 +25,10 @@ std::string output_beside(const std::string& input, const std::string& ending) {
   if (input == "-") return "-";
   if (is_declared_source(input))
     throw UsageError("{}: nothing can be written beside an address; give -o FILE", input);
-  std::filesystem::path path(input);
+  std::filesystem::path path(path_of(input));
   // ".nii.gz" is one extension to those who have such files.
   if (path.extension() == ".gz" && path.stem().extension() == ".nii") path.replace_extension();
-  return path.replace_extension(ending).string();
+  return text_of(path.replace_extension(path_of(ending)));
 }
 
 void refuse_terminal(const Ranks& ranks, const std::string& output, const char* what) {
@@ -68,7 +69,7 @@ const Format& volume_format_option(const std::string& format, const std::string&
     throw UsageError(
         "--format {}: the extension of {} is that of another format; leave out --format, or name the output "
         "{}",
-        format, output, std::filesystem::path(output).replace_extension(asked.extensions.front()).string());
+        format, output, text_of(path_of(output).replace_extension(path_of(asked.extensions.front()))));
   return asked;
 }
 

@@ -9,6 +9,7 @@
 #include "io/http/address.h"
 #include "io/system/this_process.h"
 #include "io/text/addresses.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "tools/report/process.h"
 
@@ -168,7 +169,7 @@ void add_trust_option(CLI::App& command, bool& trust) {
 bool is_unknown_address(const std::string& text, const std::filesystem::path& folder) {
   std::error_code none;
   return has_scheme(text) && !is_address(text) &&
-         !std::filesystem::exists(symlink_status(folder / text.substr(0, text.find('/')), none));
+         !std::filesystem::exists(symlink_status(folder / path_of(text.substr(0, text.find('/'))), none));
 }
 
 std::string about_unknown_address(const std::string& text) {
@@ -216,7 +217,7 @@ void warn(const RunOptions& options, const std::string& message) {
 void remove_abandoned(const RunOptions& options, const std::vector<std::string>& inputs,
                       std::vector<std::string> outputs) {
   const auto is_temporary = [](const std::string& path) {
-    return target_of_temporary(std::filesystem::path(path).filename().string()).has_value();
+    return target_of_temporary(name_of_path(path)).has_value();
   };
   if (std::ranges::any_of(inputs, is_temporary)) return;
   outputs.push_back(options.json);

@@ -8,6 +8,7 @@
 
 #include "io/files/held_files.h"
 #include "io/text/numbered_names.h"
+#include "io/text/paths.h"
 #include "pipeline/memory/resources.h"
 
 namespace tagrid {
@@ -34,10 +35,10 @@ std::string advice_on_compressed(const std::string& name, std::string_view messa
                                              "abcdefghijklmnopqrstuvwxyz"
                                              "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
                                              "0123456789._/+-") == name.npos;
-  const std::filesystem::path inner = std::filesystem::path(name).filename().stem();
-  if (inner.extension() == ".tar" || std::filesystem::path(name).extension() == ".tgz")
+  const std::filesystem::path inner = path_of(name).filename().stem();
+  if (inner.extension() == ".tar" || path_of(name).extension() == ".tgz")
     return "; unpack it first, for example with tar xf";
-  const std::string stem = is_plain ? inner.stem().string() : "NAME";
+  const std::string stem = is_plain ? text_of(inner.stem()) : "NAME";
   const std::string output = fmt::format("{} {}", program, is_plain ? name : "FILE");
   return fmt::format(
       ": `{} | tagrid encode - -o {}.tag`, with --dims and --type if the samples have no header (to compare: "
@@ -119,7 +120,7 @@ Failure current_failure(const std::string& memory_advice) {
       if (!list.empty() && error.detail.choices.back().name == std::to_string(list.size())) list.clear();
       // One format was looked for, but there may be volumes of others.
       std::error_code unknown;
-      if (!list.empty() && std::filesystem::is_directory(error.detail.subject, unknown)) {
+      if (!list.empty() && std::filesystem::is_directory(path_of(error.detail.subject), unknown)) {
         std::vector<std::string> names;
         for (const Choice& choice : error.detail.choices) names.push_back(choice.name);
         if (std::string doubt = doubt_of_patterns(names); !doubt.empty()) list.push_back(std::move(doubt));

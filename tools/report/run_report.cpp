@@ -9,6 +9,7 @@
 #include "io/files/file_bytes.h"
 #include "io/system/files.h"
 #include "io/system/this_process.h"
+#include "io/text/paths.h"
 #include "tools/report/info.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
@@ -24,7 +25,7 @@ bool same_name(const std::string& a, const std::string& b) {
   // A relative name of which nothing exists would stay as it is: "x" is "./x".
   const auto canonical = [](const std::string& name) {
     std::error_code error;
-    auto path = std::filesystem::weakly_canonical(std::filesystem::absolute(name), error);
+    auto path = std::filesystem::weakly_canonical(std::filesystem::absolute(path_of(name)), error);
     if (error) throw world_error("cannot look up", name, error.value());
     return path;
   };

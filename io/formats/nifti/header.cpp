@@ -19,6 +19,7 @@
 #include "io/samples/file_samples.h"
 #include "io/system/files.h"
 #include "io/text/foreign_number.h"
+#include "io/text/paths.h"
 #include "io/volume/one_of_volumes.h"
 #include "io/volume/volume_source.h"
 
@@ -217,13 +218,13 @@ std::string image_path(const std::string& path, const std::string& name) {
   if (path == "-")
     throw UsageError(name +
                      ": is a NIfTI header, whose samples are in another file; give the header by its name");
-  fs::path image = path;
+  fs::path image = path_of(path);
   if (image.extension() == ".gz") image.replace_extension();
   const bool is_upper = image.extension() == ".HDR";
   image.replace_extension(is_upper ? ".IMG" : ".img");
-  for (const std::string& candidate : {image.string(), image.string() + ".gz"})
+  for (const std::string& candidate : {text_of(image), text_of(image) + ".gz"})
     if (const auto status = status_of(candidate); status && status->is_file()) return candidate;
-  throw WorldError("{}: is a NIfTI header, but the file of its samples is missing: {}", name, image.string());
+  throw WorldError("{}: is a NIfTI header, but the file of its samples is missing: {}", name, text_of(image));
 }
 
 /// The file of a header without its samples, which may be compressed, too.

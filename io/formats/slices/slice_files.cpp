@@ -13,6 +13,7 @@
 #include "io/formats/vendors/sections.h"
 #include "io/programs/words.h"
 #include "io/text/foreign_number.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -25,7 +26,7 @@ constexpr std::uint64_t longest_log = 1 << 20;
 std::vector<std::string> files_in(const std::string& folder, const std::vector<std::string>& extensions) {
   std::vector<std::string> files = visible_files(folder);
   std::erase_if(files, [&](const std::string& path) {
-    return std::ranges::find(extensions, lower_case(fs::path(path).extension().string())) == extensions.end();
+    return std::ranges::find(extensions, extension_of(path)) == extensions.end();
   });
   if (std::ranges::any_of(files, [](const std::string& path) { return !is_preview(path); }))
     std::erase_if(files, is_preview);
@@ -180,13 +181,13 @@ std::optional<SliceLog> read_log(const std::string& path) {
 SliceLog log_of_slices(const std::string& folder, const NumberedFiles& slices) {
   std::vector<SliceLog> logs;
   for (const std::string& path : visible_files(folder))
-    if (lower_case(fs::path(path).extension().string()) == ".log")
+    if (extension_of(path) == ".log")
       if (auto log = read_log(path)) logs.push_back(std::move(*log));
   // The longest name that fits: scan2.log rather than scan.log.
   std::size_t longest = 0;
   const SliceLog* own = logs.size() == 1 ? &logs.front() : nullptr;
   for (const SliceLog& log : logs) {
-    const std::string stem = fs::path(log.path).stem().string();
+    const std::string stem = text_of(path_of(log.path).stem());
     if (!slices.pattern.starts_with(stem) || stem.size() <= longest) continue;
     longest = stem.size();
     own = &log;

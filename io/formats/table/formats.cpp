@@ -28,6 +28,7 @@
 #include "io/programs/find.h"
 #include "io/programs/volumes.h"
 #include "io/samples/file_sink.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "io/volume/given_spacing.h"
 #include "io/volume/vtk.h"
@@ -340,7 +341,7 @@ const Format& format_named(std::string_view name) {
 }
 
 const Format* format_with_extension(const std::string& path) {
-  const std::string name = lower_case(std::filesystem::path(path).filename().string());
+  const std::string name = lower_case(name_of_path(path));
   for (const Format* format : written_formats())
     for (const std::string_view extension : format->extensions)
       if (name.size() > extension.size() && name.ends_with(extension)) return format;
@@ -369,14 +370,14 @@ std::unique_ptr<VolumeSink> create_detached(const Format& format, const std::str
   if (path == "-")
     throw UsageError("a detached header ({}) needs a file name; choose {} or raw", format.name,
                      read_format_named(format.reads.as)->extensions.front().substr(1));
-  const std::filesystem::path samples = samples_path(path, format);
-  if (samples == std::filesystem::path(path))
+  const std::filesystem::path samples = path_of(samples_path(path, format));
+  if (samples == path_of(path))
     throw UsageError("{}: a detached header cannot be named {}", path, format.writes.samples_extension);
-  const std::string header = format.writes.detached_header(info, samples.filename().string());
+  const std::string header = format.writes.detached_header(info, text_of(samples.filename()));
   auto header_file =
       std::make_unique<OutputFile>(path, options.overwrite, OutputFileOptions{.like = options.like});
   auto samples_file =
-      std::make_unique<OutputFile>(samples.string(), options.overwrite, output_options(options));
+      std::make_unique<OutputFile>(text_of(samples), options.overwrite, output_options(options));
   return std::make_unique<DetachedSink>(info, std::move(header_file), std::move(samples_file), header);
 }
 
@@ -432,7 +433,7 @@ const Format* format_of_folder(const std::string& folder) {
 
 std::string samples_path(const std::string& path, const Format& format) {
   if (format.writes.samples_extension.empty()) return path;
-  return std::filesystem::path(path).replace_extension(format.writes.samples_extension).string();
+  return text_of(path_of(path).replace_extension(path_of(format.writes.samples_extension)));
 }
 
 // What a volume loses in files of other formats, in words.

@@ -23,6 +23,7 @@
 #include "io/system/files.h"
 #include "io/text/addresses.h"
 #include "io/text/numbered_names.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "io/volume/given_spacing.h"
 #include "io/volume/series_of_files.h"
@@ -91,13 +92,13 @@ std::string known_formats() {
 
 /// `path` without the extension of compression, and with another extension, in capitals if its own is.
 fs::path beside(const std::string& path, std::string_view ending) {
-  fs::path other = plain_name(path);
-  const std::string own = other.extension().string();
+  fs::path other = path_of(plain_name(path));
+  const std::string own = text_of(other.extension());
   std::string wanted(ending);
   if (!own.empty() && own != lower_case(own))
     std::ranges::transform(wanted, wanted.begin(),
                            [](char c) { return c >= 'a' && c <= 'z' ? char(c - 'a' + 'A') : c; });
-  return other.replace_extension(wanted);
+  return other.replace_extension(path_of(wanted));
 }
 
 /// What to do about a file of samples whose header lies beside it; "" if none does.
@@ -105,7 +106,7 @@ std::string advice_of_header_beside(const std::string& path) {
   if (path == "-") return "";
   for (const std::string_view ending : {".mhd", ".nhdr", ".hdr", ".vgi", ".xtekct", ".info"}) {
     // That of a.vol is a.vol.info.
-    const std::string header = ending == ".info" ? path + ".info" : beside(path, ending).string();
+    const std::string header = ending == ".info" ? path + ".info" : text_of(beside(path, ending));
     if (const auto status = status_of(header); header == path || !status || !status->is_file()) continue;
     const Format* known = readable_format(header);
     if (known == nullptr) {
@@ -130,7 +131,7 @@ std::string advice_of_header_beside(const std::string& path) {
 
 /// What is wrong with a file whose extension belongs to a self-describing format; "" for other extensions.
 std::string contradicts_its_name(const std::string& path) {
-  const std::string name = lower_case(fs::path(path).filename().string());
+  const std::string name = lower_case(name_of_path(path));
   for (const Format& format : formats()) {
     const std::string_view what =
         format.reads.as.empty() ? format.what : read_format_named(format.reads.as)->what;
@@ -157,11 +158,10 @@ BrokenInput no_volume(FileBytes& file, const std::string& path) {
                        {.problem = other->problem, .subject = file.name()});
   if (const std::string contradiction = contradicts_its_name(path); !contradiction.empty())
     return BrokenInput("{}: {}", file.name(), contradiction);
-  if (const std::string ending = lower_case(fs::path(plain_name(path)).extension().string());
-      ending == ".img")
+  if (const std::string ending = extension_of(plain_name(path)); ending == ".img")
     return BrokenInput(
         fmt::format("{}: has no header of its own; the header of a NIfTI pair would be {}, which is missing",
-                    file.name(), beside(path, ".hdr").string()),
+                    file.name(), text_of(beside(path, ".hdr"))),
         Problem::no_known_format);
   return BrokenInput(fmt::format("{}: not {}", file.name(), known_formats()), Problem::no_known_format);
 }
@@ -169,7 +169,7 @@ BrokenInput no_volume(FileBytes& file, const std::string& path) {
 /// The format that a program reads from files with the extension of `path`; nullptr if there is none, and for
 /// files that are empty or begin as those of another known format do.
 const Format* format_of_name(FileBytes& file, const std::string& path) {
-  const std::string extension = lower_case(fs::path(path).extension().string());
+  const std::string extension = extension_of(path);
   const auto found = std::ranges::find_if(formats(), [&](const Format& format) {
     return !format.reads.program.empty() &&
            std::ranges::find(format.extensions, extension) != format.extensions.end();
@@ -182,7 +182,7 @@ const Format* format_of_name(FileBytes& file, const std::string& path) {
 
 /// The program that somebody added for files with the extension of `path`.
 std::optional<std::string> reader_of_extension(const std::string& path) {
-  const std::string extension = lower_case(fs::path(path).extension().string());
+  const std::string extension = extension_of(path);
   return extension.empty() ? std::nullopt : find_reader(extension.substr(1));
 }
 
@@ -269,8 +269,8 @@ BrokenInput no_slices_in(const std::string& folder, const std::string& first) {
     const std::string_view beginning = file.peek(most_bytes_of_others);
     if (const OtherFormat* other = other_format_of(beginning, first);
         other && other->problem == Problem::none)
-      return BrokenInput(Sentence("{}: is a directory, and {} in it {}; {}", folder,
-                                  fs::path(first).filename().string(), other->what, other->advice),
+      return BrokenInput(Sentence("{}: is a directory, and {} in it {}; {}", folder, name_of_path(first),
+                                  other->what, other->advice),
                          {.problem = Problem::volumes_below, .subject = folder});
   }
   std::string known;

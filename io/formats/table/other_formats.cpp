@@ -11,6 +11,7 @@
 #include "io/formats/table/layouts.h"
 #include "io/formats/zarr/container.h"
 #include "io/system/files.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -262,7 +263,7 @@ const std::vector<OtherFormat>& other_formats() {
 }
 
 const OtherFormat* other_format_of(std::string_view beginning, const std::string& path) {
-  const std::string extension = lower_case(fs::path(path).extension().string());
+  const std::string extension = extension_of(path);
   for (const OtherFormat& row : other_formats()) {
     const bool goes_by_names = row.magic.empty() && row.is_mine == nullptr;
     const bool is_named = std::ranges::find(row.extensions, extension) != row.extensions.end();

@@ -23,6 +23,7 @@
 #include "io/samples/slices_in_files.h"
 #include "io/system/files.h"
 #include "io/text/foreign_number.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "io/volume/given_spacing.h"
 #include "stages/sample/coding_parameters.h"
@@ -207,10 +208,10 @@ TextDescription describe_xtekct(FileBytes& file, const std::string& path) {
   };
   const Index3 dims{count("VoxelsX"), count("VoxelsY"), count("VoxelsZ")};
   require_size(name, dims, SampleType::uint8);
-  const fs::path data_path = fs::path(path).replace_extension(".vol");
+  const fs::path data_path = path_of(path).replace_extension(".vol");
   TextDescription result{.path = path,
-                         .data_path = data_path.string(),
-                         .data_file = data_path.filename().string(),
+                         .data_path = text_of(data_path),
+                         .data_file = text_of(data_path.filename()),
                          .dims = dims};
   Geometry& geometry = result.geometry;
   std::vector<ForeignNumber> sizes;
@@ -262,18 +263,18 @@ std::optional<OtherDescription> read_other(const Kind& kind, const std::string& 
 /// The description of the same samples in the other format, in their directory. One that cannot be
 /// read is assumed to describe them if it has their name.
 std::optional<OtherDescription> other_description(const Kind& kind, const std::string& data_path) {
-  const fs::path data = data_path, folder = data.parent_path();
-  if (const auto status = status_of(folder.empty() ? "." : folder.string()); !status || !status->is_folder())
+  const fs::path data = path_of(data_path), folder = data.parent_path();
+  if (const auto status = status_of(folder.empty() ? "." : text_of(folder)); !status || !status->is_folder())
     return std::nullopt;
   std::vector<std::string> candidates;
-  for (const std::string& path : visible_files(folder.empty() ? "." : folder.string()))
-    if (lower_case(fs::path(path).extension().string()) == kind.extension)
-      candidates.push_back((folder / fs::path(path).filename()).string());
+  for (const std::string& path : visible_files(folder.empty() ? "." : text_of(folder)))
+    if (extension_of(path) == kind.extension)
+      candidates.push_back(text_of(folder / path_of(path).filename()));
   std::stable_partition(candidates.begin(), candidates.end(),
-                        [&](const std::string& path) { return fs::path(path).stem() == data.stem(); });
+                        [&](const std::string& path) { return path_of(path).stem() == data.stem(); });
   for (const std::string& path : candidates)
     if (auto other = read_other(kind, path, data_path);
-        other && (other->described || fs::path(path).stem() == data.stem()))
+        other && (other->described || path_of(path).stem() == data.stem()))
       return other;
   return std::nullopt;
 }
@@ -389,7 +390,7 @@ std::optional<std::string_view> line_of(std::string_view text, std::string_view 
 TextDescription describe_pyhst(FileBytes& file, const std::string& path) {
   const std::string name = file.name();
   constexpr std::string_view ending = ".info";
-  if (path == "-" || !lower_case(path).ends_with(ending) || fs::path(path).stem().empty())
+  if (path == "-" || !lower_case(path).ends_with(ending) || path_of(path).stem().empty())
     throw UsageError(
         name +
         ": describes samples in another file, which has the same name without .info; give it by its name");
@@ -402,10 +403,8 @@ TextDescription describe_pyhst(FileBytes& file, const std::string& path) {
   const Index3 dims{count("NUM_X"), count("NUM_Y"), count("NUM_Z")};
   require_size(name, dims, SampleType::uint8);
   const std::string data_path = path.substr(0, path.size() - ending.size());
-  TextDescription result{.path = path,
-                         .data_path = data_path,
-                         .data_file = fs::path(data_path).filename().string(),
-                         .dims = dims};
+  TextDescription result{
+      .path = path, .data_path = data_path, .data_file = name_of_path(data_path), .dims = dims};
   if (const auto type = line_of(text, "DATA_TYPE")) {
     result.type = sample_type_named(lower_case(*type) == "float" ? "float32" : lower_case(*type));
     if (!result.type) throw BrokenInput("{}: samples of type {} are not supported", name, quoted(*type));

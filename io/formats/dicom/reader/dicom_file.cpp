@@ -23,6 +23,7 @@
 #include "io/formats/dicom/reader/pixel_element.h"
 #include "io/formats/dicom/reader/transfer_syntax.h"
 #include "io/programs/stored_samples.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -245,7 +246,7 @@ std::optional<DicomFile> read_dicom_file(const std::string& path) {
 }
 
 bool is_name_of_dicomdir(std::string_view name) {
-  return lower_case(fs::path(name).stem().string()) == "dicomdir";
+  return lower_case(text_of(path_of(name).stem())) == "dicomdir";
 }
 
 std::optional<std::vector<std::string>> files_of_dicomdir(const std::string& path) {
@@ -256,7 +257,7 @@ std::optional<std::vector<std::string>> files_of_dicomdir(const std::string& pat
   const auto type = text_of(*format.getMetaInfo(), DCM_MediaStorageSOPClassUID);
   if (!type || *type != UID_MediaStorageDirectoryStorage) return std::nullopt;
   if (result.bad()) throw BrokenInput("{}: DICOM directory: {}", path, result.text());
-  if (!is_name_of_dicomdir(fs::path(path).filename().string()))
+  if (!is_name_of_dicomdir(name_of_path(path)))
     throw BrokenInput(
         "{}: is a DICOM directory with another name, so the files that it names are not read; "
         "rename it to DICOMDIR",
@@ -271,7 +272,7 @@ std::optional<std::vector<std::string>> files_of_dicomdir(const std::string& pat
     if (record == nullptr || text_of(*record, DCM_DirectoryRecordType).value_or("") != "IMAGE") continue;
     const auto name = text_of(*record, DCM_ReferencedFileID);
     if (!name) continue;
-    fs::path file = fs::path(path).parent_path();
+    fs::path file = path_of(path).parent_path();
     for (const std::string_view part : values_of(*name)) {
       // A directory is untrusted input: it names files below its directory, and no others.
       if (part.empty() || part == ".." || part.find('/') != part.npos)
@@ -279,7 +280,7 @@ std::optional<std::vector<std::string>> files_of_dicomdir(const std::string& pat
                           tagrid::quoted(std::string_view(*name)));
       file /= part;
     }
-    files.push_back(file.string());
+    files.push_back(text_of(file));
   }
   return files;
 }

@@ -13,6 +13,7 @@
 #include "io/programs/words.h"
 #include "io/system/files.h"
 #include "io/text/numbered_names.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -25,7 +26,7 @@ constexpr std::array extensions_of_dicom = {".dcm", ".dicom", ".ima"};
 
 /// The extension in lower case; "" for one of digits, as names that are UIDs have.
 std::string extension_of(const std::string& path) {
-  std::string extension = lower_case(fs::path(path).extension().string());
+  std::string extension = extension_of(path);
   const bool is_number = std::ranges::all_of(extension, [](char c) { return c == '.' || is_digit(c); });
   return is_number ? "" : extension;
 }
@@ -83,7 +84,7 @@ ImageFiles images_of(const std::vector<std::string>& paths, std::vector<std::str
 UnreadableImage no_dicom(const std::string& path) {
   std::error_code unknown;
   if (!status_of(path)) return {path, "is a broken symbolic link", ""};
-  return {path, fs::file_size(path, unknown) == 0 ? "is empty" : "is not a DICOM file", ""};
+  return {path, fs::file_size(path_of(path), unknown) == 0 ? "is empty" : "is not a DICOM file", ""};
 }
 
 /// The images that a directory names. Each of its files should be one.
@@ -138,9 +139,9 @@ std::string sibling_of(const DicomFile& image) {
   constexpr std::size_t most_looks = 8;
   if (image.series.empty() || image.instance.empty()) return "";
   const NamesOfImages like = names_of({image});
-  const fs::path folder = fs::path(image.path).parent_path();
+  const fs::path folder = path_of(image.path).parent_path();
   std::size_t looks = 0;
-  for (const std::string& path : visible_files(folder.empty() ? "." : folder.string())) {
+  for (const std::string& path : visible_files(folder.empty() ? "." : text_of(folder))) {
     const bool is_itself = file_name(path) == file_name(image.path);
     if (is_itself || !like.are_like(path) || !status_of(path) || looks++ >= most_looks) continue;
     try {
@@ -172,7 +173,7 @@ std::string about_siblings(const std::string& path, const DicomSeries& series,
                            const std::vector<DicomFile>& images) {
   std::error_code unknown;
   const DicomFile& image = images[series.slices.front().file];
-  if (series.slices.size() > 1 || image.path != path || fs::is_directory(path, unknown)) return "";
+  if (series.slices.size() > 1 || image.path != path || fs::is_directory(path_of(path), unknown)) return "";
   const std::string sibling = sibling_of(image);
   if (sibling.empty()) return "";
   return fmt::format(
@@ -190,7 +191,7 @@ bool may_be_of_series(std::string_view own, std::string_view other) {
 
 ImageFiles image_files_at(const std::string& path) {
   std::error_code unknown;
-  ImageFiles files = fs::is_directory(path, unknown) ? images_in_folder(path) : images_of_file(path);
+  ImageFiles files = fs::is_directory(path_of(path), unknown) ? images_in_folder(path) : images_of_file(path);
   if (!files.images.empty()) return files;
   if (files.unreadable.empty()) throw BrokenInput(path + ": has no DICOM image");
   const UnreadableImage& first = files.unreadable.front();

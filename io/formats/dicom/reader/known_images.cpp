@@ -7,6 +7,7 @@
 
 #include "io/files/file_attributes.h"
 #include "io/files/slice_files.h"
+#include "io/text/paths.h"
 
 namespace tagrid {
 namespace {
@@ -29,7 +30,7 @@ bool is_as_before(const std::string& path, const std::optional<FileStatus>& was)
 Seen seen_at(const std::string& path, const ImageFiles& files) {
   Seen seen = {{path, status_of(path)}};
   std::error_code unknown;
-  if (fs::is_directory(path, unknown))
+  if (fs::is_directory(path_of(path), unknown))
     for (std::string& file : visible_files(path)) seen.emplace(std::move(file), std::nullopt);
   // A DICOMDIR names files elsewhere.
   for (const DicomFile& image : files.images) seen.emplace(image.path, std::nullopt);

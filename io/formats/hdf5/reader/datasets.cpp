@@ -14,6 +14,7 @@
 #include "io/formats/hdf5/reader/links.h"
 #include "io/formats/hdf5/reader/nexus.h"
 #include "io/programs/serve_reader.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -36,7 +37,7 @@ bool is_in_folder_of(const std::string& path, hid_t dataset) {
   if (other.empty() || other == path) return true;
   std::error_code unknown;
   const auto folder = [&](const std::string& file) {
-    return fs::weakly_canonical(fs::absolute(file).parent_path(), unknown);
+    return fs::weakly_canonical(fs::absolute(path_of(file)).parent_path(), unknown);
   };
   return folder(other) == folder(path);
 }

@@ -13,6 +13,7 @@
 
 #include "io/formats/hdf5/handle.h"
 #include "io/programs/serve.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -49,13 +50,13 @@ std::string why_not_read(hid_t file, const std::string& named) {
   std::string own(static_cast<std::size_t>(std::max<ssize_t>(H5Fget_name(file, nullptr, 0), 0)), '\0');
   H5Fget_name(file, own.data(), own.size() + 1);
   std::error_code unknown;
-  const fs::path folder = fs::absolute(own, unknown).parent_path(), target = folder / named;
+  const fs::path folder = fs::absolute(path_of(own), unknown).parent_path(), target = folder / path_of(named);
   if (!fs::is_regular_file(target, unknown)) return "";
   if (!fs::equivalent(target.parent_path(), folder, unknown))
     return "is in another directory, so it is not read; give that file itself";
-  const std::string name = target.filename().string();
+  const std::string name = text_of(target.filename());
   if (name.starts_with('.')) return "is hidden, so it is not read; give that file itself";
-  if (!may_be_linked_to(fs::path(own).filename().string(), name))
+  if (!may_be_linked_to(name_of_path(own), name))
     return "does not have the name of an HDF5 file, so it is not read; give that file itself, or let its "
            "name end in .h5";
   return "";
@@ -127,9 +128,9 @@ std::string why_missing_after(std::vector<std::string>& passed, hid_t file, cons
 bool may_be_linked_to(std::string_view own, std::string_view other) {
   constexpr std::array extensions = {".h5",  ".hdf5", ".hdf", ".he5", ".nxs", ".nx5", ".nx",    ".nc",
                                      ".nc4", ".mat",  ".ims", ".emd", ".mnc", ".cxi", ".vtkhdf"};
-  const std::string extension = lower_case(fs::path(other).extension().string());
+  const std::string extension = extension_of(other);
   return std::ranges::find(extensions, extension) != extensions.end() ||
-         (!extension.empty() && extension == lower_case(fs::path(own).extension().string()));
+         (!extension.empty() && extension == extension_of(own));
 }
 
 std::string inside(const std::string& group, const std::string& name) {

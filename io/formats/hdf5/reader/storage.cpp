@@ -13,6 +13,7 @@
 #include "io/formats/hdf5/reader/datasets.h"
 #include "io/metadata/loss.h"
 #include "io/programs/words.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -137,7 +138,7 @@ void require_own_samples(hid_t properties, const std::string& path, const std::s
     std::error_code unknown;
     // "%b" stands for numbers.
     if (file != "." && file.find('%') == file.npos &&
-        !std::filesystem::exists(std::filesystem::path(path).parent_path() / file, unknown))
+        !std::filesystem::exists(path_of(path).parent_path() / path_of(file), unknown))
       missing = file;
   }
   throw broken_hdf5(

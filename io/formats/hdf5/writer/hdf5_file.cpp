@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "io/errors/errors.h"
+#include "io/text/paths.h"
 
 namespace tagrid {
 namespace {
@@ -45,7 +46,7 @@ Hdf5File::Hdf5File(const std::string& path, std::string name) : name_(std::move(
   const Hdf5Handle access = checked(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   check(H5Pset_libver_bounds(access.get(), H5F_LIBVER_EARLIEST, H5F_LIBVER_V18));
   // The usual driver asks for the name of a file, which the one behind a link of /proc does not have.
-  if (std::filesystem::is_symlink(path)) check(H5Pset_fapl_stdio(access.get()));
+  if (std::filesystem::is_symlink(path_of(path))) check(H5Pset_fapl_stdio(access.get()));
   // Nobody else writes a temporary file, and some file systems have no locks.
   check(H5Pset_file_locking(access.get(), false, true));
   file_ = checked(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()), H5Fclose);

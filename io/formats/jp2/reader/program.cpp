@@ -20,6 +20,7 @@
 #include "io/formats/slices/slice_files.h"
 #include "io/metadata/loss.h"
 #include "io/programs/stored_samples.h"
+#include "io/text/paths.h"
 
 namespace tagrid {
 namespace {
@@ -200,8 +201,8 @@ class Jp2Slices final : public ServedVolume {
 
   /// Says it once of all slices, without the name of any.
   void say_what_is_not_read() {
-    const std::filesystem::path first(files.front());
-    const std::string where = files.size() == 1 ? first.string() : first.parent_path().string();
+    const std::filesystem::path first(path_of(files.front()));
+    const std::string where = files.size() == 1 ? text_of(first) : text_of(first.parent_path());
     if (with_more_images_ > 0)
       not_understood.push_back(
           fmt::format("{}: {} of {} files have several images, of which only the first one is read", where,

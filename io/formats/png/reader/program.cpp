@@ -12,6 +12,7 @@
 #include "io/formats/png/reader/image.h"
 #include "io/formats/slices/slice_files.h"
 #include "io/programs/serve_reader.h"
+#include "io/text/paths.h"
 #include "stages/sample/coding_parameters.h"
 
 namespace tagrid {
@@ -71,8 +72,8 @@ class PngSlices final : public ServedVolume {
 
   /// Says it once of all slices, without the name of any.
   void say_what_is_not_read() {
-    const std::filesystem::path first(files.front());
-    const std::string where = files.size() == 1 ? first.string() : first.parent_path().string();
+    const std::filesystem::path first(path_of(files.front()));
+    const std::string where = files.size() == 1 ? text_of(first) : text_of(first.parent_path());
     if (transparent_ > 0)
       not_understood.push_back(fmt::format(
           "{}: {} of {} files say that samples of one value are transparent; they are read as others are",

@@ -15,6 +15,7 @@
 #include "io/formats/tiff/reader/tiff_volumes.h"
 #include "io/programs/words.h"
 #include "io/text/numbered_names.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -232,7 +233,7 @@ class SetOfFiles {
  private:
   /// If only one file is named, it is the one with the description, which may have another name by now.
   bool is_own(const OmeData& data) const {
-    if (data.file == fs::path(path_).filename()) return true;
+    if (data.file == name_of_path(path_)) return true;
     if (!has_xml_) {
       if (data.file.empty()) throw BrokenInput("TIFF file: OME-XML does not say in which file a slice is");
       return false;
@@ -241,7 +242,8 @@ class SetOfFiles {
     const bool is_other = !uuid_.empty() && !data.uuid.empty() && data.uuid != uuid_;
     if (names_.size() == 1 && !is_other) return true;
     std::error_code unknown;
-    return !fs::exists(beside(path_, data.file), unknown) && !data.uuid.empty() && data.uuid == uuid_;
+    return !fs::exists(path_of(beside(path_, data.file)), unknown) && !data.uuid.empty() &&
+           data.uuid == uuid_;
   }
 
   std::size_t own() {
@@ -256,7 +258,7 @@ class SetOfFiles {
     const std::string name = data.file.empty() ? data.uuid : data.file;
     const std::string path = beside(path_, name);
     std::error_code unknown;
-    if (data.file.empty() || !fs::exists(path, unknown)) {
+    if (data.file.empty() || !fs::exists(path_of(path), unknown)) {
       missing_.insert(name);
       return std::nullopt;
     }
@@ -388,7 +390,7 @@ std::string beside(const std::string& path, const std::string& name) {
   if (name == "." || name == ".." || name.find('/') != name.npos || name.find('\0') != name.npos)
     throw BrokenInput("{}: TIFF file: OME-XML names the file {}, which is not in its directory", path,
                       quoted_name(name));
-  return (fs::path(path).parent_path() / name).string();
+  return text_of(path_of(path).parent_path() / path_of(name));
 }
 
 std::string file_that_names(const std::string& path) {
@@ -396,16 +398,16 @@ std::string file_that_names(const std::string& path) {
     return lower_case(name).ends_with(".ome.tif") || lower_case(name).ends_with(".ome.tiff");
   };
   if (!is_ome(path)) return "";
-  const std::string folder = fs::path(path).parent_path();
+  const std::string folder = text_of(path_of(path).parent_path());
   for (const std::string& other : visible_files(folder.empty() ? "." : folder)) {
-    const std::string name = fs::path(other).filename();
-    if (!is_ome(name) || name == fs::path(path).filename()) continue;
+    const std::string name = name_of_path(other);
+    if (!is_ome(name) || name == name_of_path(path)) continue;
     try {
       const auto xml = ome_xml_of(TiffFile(beside(path, name)).description());
       if (!xml) continue;
       for (const OmeImage& image : xml->images)
         for (const OmeData& data : image.data)
-          if (data.file == fs::path(path).filename()) return beside(path, name);
+          if (data.file == name_of_path(path)) return beside(path, name);
     } catch (const Error&) {
       // It is no file of this set, or is refused when it is opened.
     }
@@ -431,7 +433,7 @@ void add_ome(const std::string& path, const std::vector<TiffPage>& pages, const 
   volumes.remarks.add(set.remarks());
   if (!set.has_own())
     volumes.remarks.miss(fmt::format("OME-XML names other files than {}, which are read instead",
-                                     quoted_name(fs::path(path).filename().string())));
+                                     quoted_name(name_of_path(path))));
   if (missing.empty()) return;
   const std::string& first =
       volumes.files.empty() ? path : *std::ranges::min_element(volumes.files, comes_before);

@@ -16,6 +16,7 @@
 #include "io/programs/serve_reader.h"
 #include "io/programs/words.h"
 #include "io/text/numbered_names.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -36,8 +37,8 @@ struct Entry {
 
 const std::vector<std::string> extensions = {".tif", ".tiff"};
 
-bool is_tiff(const fs::path& path) {
-  return std::ranges::find(extensions, lower_case(path.extension().string())) != extensions.end();
+bool is_tiff(const std::string& path) {
+  return std::ranges::find(extensions, extension_of(path)) != extensions.end();
 }
 
 class Folder {
@@ -88,7 +89,7 @@ class Folder {
   }
 
   Entry entry_of(const std::string& path) const {
-    Entry entry{fs::path(path).filename().string(), {}, {}, nullptr};
+    Entry entry{name_of_path(path), {}, {}, nullptr};
     say_working();
     try {
       entry.volumes = volumes_of_file(path, gaps_ok_);
@@ -102,8 +103,7 @@ class Folder {
   /// The first TIFF file of a set names it, whatever else is in the directory.
   static std::string name_of_set(const std::vector<std::string>& paths, std::string name) {
     for (const std::string& path : paths)
-      if (const std::string other = fs::path(path).filename().string();
-          is_tiff(other) && comes_before(other, name))
+      if (const std::string other = name_of_path(path); is_tiff(other) && comes_before(other, name))
         name = other;
     return name;
   }
@@ -121,9 +121,9 @@ class Folder {
   }
 
   void take_files(const Entry& entry) {
-    for (const std::string& path : entry.volumes.files) taken_.insert(fs::path(path).filename());
+    for (const std::string& path : entry.volumes.files) taken_.insert(name_of_path(path));
   }
-  bool is_taken(const std::string& path) const { return taken_.contains(fs::path(path).filename()); }
+  bool is_taken(const std::string& path) const { return taken_.contains(name_of_path(path)); }
 
   bool gaps_ok_;
   std::set<std::string> taken_, reasons_;
@@ -184,7 +184,7 @@ std::unique_ptr<ServedVolume> open_folder(const std::string& folder, const Reade
 /// one. Throws BrokenInput, UsageError, WorldError, SeveralVolumes.
 std::unique_ptr<ServedVolume> open_tiff(const std::string& path, const ReaderOptions& options) {
   std::error_code unknown;
-  if (fs::is_directory(path, unknown)) return open_folder(path, options);
+  if (fs::is_directory(path_of(path), unknown)) return open_folder(path, options);
   TiffVolumes volumes = volumes_of_file(path, !option(options, "gaps-ok").empty());
   volumes.name = path;
   std::vector<Choice> choices;
@@ -196,9 +196,9 @@ std::unique_ptr<ServedVolume> open_tiff(const std::string& path, const ReaderOpt
 /// OME-XML names other files of its set, and may lie in a file of its own.
 bool may_be_of_set(std::string_view own, std::string_view other) {
   constexpr std::array of_sets = {".tif", ".tiff", ".tf2", ".tf8", ".btf", ".ome", ".xml"};
-  const std::string extension = lower_case(fs::path(other).extension().string());
+  const std::string extension = extension_of(other);
   return std::ranges::find(of_sets, extension) != of_sets.end() ||
-         (!extension.empty() && extension == lower_case(fs::path(own).extension().string()));
+         (!extension.empty() && extension == extension_of(own));
 }
 
 }  // namespace

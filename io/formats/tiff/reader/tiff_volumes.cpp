@@ -14,6 +14,7 @@
 #include "io/metadata/loss.h"
 #include "io/programs/stored_samples.h"
 #include "io/samples/stored_bits.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -193,7 +194,7 @@ TiffVolumes volumes_described_in(const std::string& name, const std::string& pat
                                  const std::vector<TiffPage>& pages, bool gaps_ok, TiffVolumes volumes) {
   const std::string metadata_file = beside(path, name);
   std::error_code unknown;
-  if (!fs::exists(metadata_file, unknown))
+  if (!fs::exists(path_of(metadata_file), unknown))
     throw BrokenInput("{}: TIFF file: its OME-XML is in the file {}, which is missing", path,
                       tagrid::quoted(std::string_view(name)));
   if (!may_be_tiff(metadata_file)) {

@@ -37,13 +37,13 @@ class FolderStore final : public ZarrStore {
             const std::function<void(const std::string& name, bool is_folder)>& look) const override {
     const std::string where = path_of(folder);
     std::error_code error;
-    fs::directory_iterator entry(where, error);
+    fs::directory_iterator entry(path_of(where), error);
     for (const fs::directory_iterator end; !error && entry != end; entry.increment(error)) {
       std::error_code unknown;
       const bool is_folder = entry->is_directory(unknown);
       // A broken link stands for a file whose content is missing: opening it reports this.
-      if (is_folder || entry->is_regular_file(unknown) || is_dead_link(entry->path().string()))
-        look(entry->path().filename().string(), is_folder);
+      if (is_folder || entry->is_regular_file(unknown) || is_dead_link(text_of(entry->path())))
+        look(text_of(entry->path().filename()), is_folder);
     }
     if (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory)
       throw world_error("cannot be listed", where, error.value());
@@ -113,7 +113,7 @@ std::vector<std::byte> ZarrFile::all(std::uint64_t limit) const {
 
 std::unique_ptr<ZarrStore> open_zarr_store(const std::string& path) {
   std::error_code unknown;
-  if (fs::is_directory(path, unknown)) return std::make_unique<FolderStore>(path);
+  if (fs::is_directory(path_of(path), unknown)) return std::make_unique<FolderStore>(path);
   return std::make_unique<ZipStore>(path);
 }
 

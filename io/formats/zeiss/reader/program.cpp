@@ -18,6 +18,7 @@
 #include "io/errors/errors.h"
 #include "io/formats/zeiss/reader/compound_file.h"
 #include "io/programs/serve_reader.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "stages/sample/coding_parameters.h"
 
@@ -128,7 +129,7 @@ class ZeissImages final : public ServedVolume {
   }
 
   void describe() {
-    const std::string extension = lower_case(std::filesystem::path(files.front()).extension().string());
+    const std::string extension = extension_of(files.front());
     const std::vector<float> angles = one_an_image("ImageInfo/Angles");
     const bool differ = std::ranges::any_of(angles, [&](float angle) { return angle != angles.front(); });
     const bool are_projections =

@@ -1,0 +1,140 @@
+#include "io/system/windows.h"
+// After <windows.h>, which it needs.
+#include <psapi.h>
+#define RtlGenRandom SystemFunction036
+extern "C" BOOLEAN NTAPI RtlGenRandom(PVOID bytes, ULONG size);
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <limits>
+#include <thread>
+
+#include "io/errors/errors.h"
+#include "io/system/files.h"
+#include "io/system/this_process.h"
+
+namespace tagrid {
+namespace {
+
+double seconds_of(const FILETIME& kernel, const FILETIME& user) {
+  const auto count = [](const FILETIME& time) {
+    return static_cast<double>(std::uint64_t{time.dwHighDateTime} << 32 | time.dwLowDateTime);
+  };
+  return 1e-7 * (count(kernel) + count(user));
+}
+
+PROCESS_MEMORY_COUNTERS_EX memory_now() {
+  PROCESS_MEMORY_COUNTERS_EX now = {};
+  GetProcessMemoryInfo(GetCurrentProcess(), reinterpret_cast<PROCESS_MEMORY_COUNTERS*>(&now), sizeof now);
+  return now;
+}
+
+}  // namespace
+
+int process_number() { return static_cast<int>(GetCurrentProcessId()); }
+
+std::string host_name() {
+  std::array<char, MAX_COMPUTERNAME_LENGTH + 1> host = {};
+  auto size = static_cast<DWORD>(host.size());
+  GetComputerNameA(host.data(), &size);
+  return host.data();
+}
+
+std::optional<std::filesystem::path> program_path() {
+  std::wstring name(32768, L'\0');
+  const DWORD size = GetModuleFileNameW(nullptr, name.data(), static_cast<DWORD>(name.size()));
+  if (size == 0 || size == name.size()) return std::nullopt;
+  name.resize(size);
+  return std::filesystem::path(name);
+}
+
+// Windows has no fork().
+void call_after_fork(void (*)()) {}
+
+bool start_lasting_thread(void* (*work)(void*), void* given) {
+  try {
+    std::thread(work, given).detach();
+    return true;
+  } catch (const std::system_error&) {
+    return false;
+  }
+}
+
+bool is_terminal(int stream) {
+  DWORD mode = 0;
+  return GetConsoleMode(windows::handle_of(stream), &mode) != 0;
+}
+
+std::size_t columns_of_terminal() {
+  CONSOLE_SCREEN_BUFFER_INFO info;
+  if (GetConsoleScreenBufferInfo(windows::handle_of(standard_error), &info) == 0) return std::string::npos;
+  return static_cast<std::size_t>(info.srWindow.Right - info.srWindow.Left + 1);
+}
+
+// Memory is the limit.
+std::size_t most_open_files() { return 8192; }
+
+bool fill_with_random(std::span<unsigned char> bytes) {
+  if (RtlGenRandom(bytes.data(), static_cast<ULONG>(bytes.size())) != 0) return true;
+  errno = EIO;
+  return false;
+}
+
+double processor_seconds_of_thread() {
+  FILETIME begin, end, kernel, user;
+  return GetThreadTimes(GetCurrentThread(), &begin, &end, &kernel, &user) != 0 ? seconds_of(kernel, user) : 0;
+}
+
+double processor_seconds() {
+  FILETIME begin, end, kernel, user;
+  return GetProcessTimes(GetCurrentProcess(), &begin, &end, &kernel, &user) != 0 ? seconds_of(kernel, user)
+                                                                                 : 0;
+}
+
+bool to_local_time(std::time_t time, std::tm& parts) { return localtime_s(&parts, &time) == 0; }
+
+int usable_processors() {
+  DWORD_PTR own = 0, all = 0;
+  if (GetProcessAffinityMask(GetCurrentProcess(), &own, &all) == 0) return 1;
+  return std::max(1, std::popcount(std::uint64_t{own}));
+}
+
+std::uint64_t memory_of_machine() {
+  MEMORYSTATUSEX status = {};
+  status.dwLength = sizeof status;
+  return GlobalMemoryStatusEx(&status) != 0 ? status.ullTotalPhys : 0;
+}
+
+std::uint64_t memory_of_this_process() { return memory_now().PrivateUsage; }
+std::uint64_t peak_memory() { return memory_now().PeakWorkingSetSize; }
+
+MappedFile::MappedFile(const std::string& path) {
+  const Descriptor file = files().open(path, {.read = true});
+  FileStatus status;
+  if (file < 0 || !files().status(file, status)) throw world_error("cannot open", path, errno);
+  size_ = static_cast<std::size_t>(status.size);
+  if (size_ == 0) return;
+  const HANDLE mapping = CreateFileMappingW(windows::handle_of(file), nullptr, PAGE_READONLY, 0, 0, nullptr);
+  // The view keeps the mapping.
+  if (mapping != nullptr) {
+    bytes_ = static_cast<char*>(MapViewOfFile(mapping, FILE_MAP_READ, 0, 0, 0));
+    CloseHandle(mapping);
+  }
+  if (bytes_ == nullptr) {
+    windows::fail();
+    throw world_error("cannot map into memory", path, errno);
+  }
+}
+
+MappedFile::~MappedFile() {
+  if (bytes_ != nullptr) UnmapViewOfFile(bytes_);
+}
+
+int open_memory_file() {
+  std::error_code unknown;
+  const std::filesystem::path folder = std::filesystem::temp_directory_path(unknown);
+  return files().open_nameless(windows::text(folder.native()));
+}
+
+}  // namespace tagrid

@@ -1,0 +1,55 @@
+#!/usr/bin/env bash
+# Builds the libraries of tagrid.exe with Debian's mingw-w64, from Debian's source packages:
+#   tools/windows_libraries.sh FOLDER      their sources in FOLDER/sources, the libraries in FOLDER/{include,lib}
+# What is there already is left as it is.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+folder=$(realpath -m "$1")
+sources=$folder/sources
+host=x86_64-w64-mingw32
+tools/debian_source.sh "$sources" zstd xxhash onetbb bzip2 libpng1.6 libisal libsodium sqlite3
+tools/debian_headers.sh "$folder/include" CLI nlohmann
+ln -sfn "/usr/include/$(gcc -print-multiarch)/curl" "$folder/include/curl"
+mkdir -p "$folder/lib"
+
+# archive NAME FLAGS... SOURCE...: a library of some C sources
+archive() {
+  local name=$1 objects
+  shift
+  [ -f "$folder/lib/lib$name.a" ] && return
+  objects=$(mktemp -d)
+  (cd "$objects" && "$host-gcc-posix" -O2 -c "$@" && "$host-ar" rcs "$folder/lib/lib$name.a" ./*.o)
+  rm -rf "$objects"
+}
+
+archive zstd -DZSTD_DISABLE_ASM -DZSTD_MULTITHREAD=0 "$sources"/zstd/lib/{common,compress,decompress}/*.c
+cp "$sources"/zstd/lib/{zstd,zstd_errors}.h "$folder/include"
+archive xxhash "$sources/xxhash/xxhash.c"
+archive bz2 -D_FILE_OFFSET_BITS=64 "$sources"/bzip2/{blocksort,huffman,crctable,randtable,compress,decompress,bzlib}.c
+cp "$sources/bzip2/bzlib.h" "$folder/include"
+cp "$sources/libpng1.6/scripts/pnglibconf.h.prebuilt" "$sources/libpng1.6/pnglibconf.h"
+archive png "$sources"/libpng1.6/png{,error,get,mem,pread,read,rio,rtran,rutil,set,trans,wio,write,wtran,wutil}.c -DPNG_INTEL_SSE_OPT=0
+cp "$sources"/libpng1.6/{png,pngconf,pnglibconf}.h "$folder/include"
+# Without its assembler: parity needs the portable sources.
+archive isal -I"$sources/libisal/include" "$sources"/libisal/erasure_code/ec_base.c "$sources"/libisal/crc/crc_base{,_aliases}.c
+mkdir -p "$folder/include/isa-l"
+cp "$sources"/libisal/include/*.h "$folder/include/isa-l"
+if [ ! -f "$folder/lib/libsqlite3.a" ]; then
+  # Its one file is made by a program of this machine.
+  (cd "$sources/sqlite3" && ./configure --disable-tcl --disable-readline >/dev/null && make -s sqlite3.c >/dev/null)
+  archive sqlite3 -DSQLITE_THREADSAFE=1 -DSQLITE_OMIT_LOAD_EXTENSION "$sources/sqlite3/sqlite3.c"
+  cp "$sources/sqlite3/sqlite3.h" "$folder/include"
+fi
+# Without its configuration, it takes its portable sources.
+sodium=$sources/libsodium/src/libsodium
+cp "$sources/libsodium/builds/msvc/version.h" "$sodium/include/sodium"
+mapfile -t of_sodium < <(find "$sodium" -name '*.c')
+archive sodium -DCONFIGURED=1 -DSODIUM_STATIC -I"$sodium/include/sodium" "${of_sodium[@]}"
+cp -r "$sodium/include/sodium.h" "$sodium/include/sodium" "$folder/include"
+if [ ! -f "$folder/lib/libtbb12.a" ]; then
+  cmake -S "$sources/onetbb" -B "$folder/onetbb" -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF -DTBB_TEST=OFF \
+    -DTBBMALLOC_BUILD=OFF -DTBB_STRICT=OFF -DTBB_DISABLE_HWLOC_AUTOMATIC_SEARCH=ON -DTBB_ENABLE_IPO=OFF \
+    -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/toolchains/windows-x64.cmake" -DCMAKE_INSTALL_PREFIX="$folder" >/dev/null
+  cmake --build "$folder/onetbb" --target install >/dev/null
+fi
+ls "$folder/lib"
