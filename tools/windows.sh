@@ -1,9 +1,15 @@
 #!/usr/bin/env bash
 # Builds for Windows on x86-64, with Debian's mingw-w64: the half of the library that reads blocks, in
-# build/windows/reading, and read_blocks.exe, which needs nothing but Windows.
-#   tools/windows.sh [BUILD_FOLDER]      default: build/windows
+# build/windows/reading, and read_blocks.exe; with --program, also tagrid.exe, in build/windows/program. Both need nothing
+# but Windows.
+#   tools/windows.sh [--program] [BUILD_FOLDER]      default: build/windows
 set -euo pipefail
 cd "$(dirname "$0")/.."
+program=
+if [ "${1:-}" = --program ]; then
+  program=1
+  shift
+fi
 build=$(realpath -m "${1:-build/windows}")
 command -v x86_64-w64-mingw32-g++-posix >/dev/null ||
   { echo "mingw-w64 is missing. On Debian: tools/install_packages.sh windows" >&2; exit 69; }
@@ -18,3 +24,11 @@ x86_64-w64-mingw32-gcc-posix -std=c11 -O2 -Iinclude -c tests/library/read_blocks
 x86_64-w64-mingw32-g++-posix -static "$reading/read_blocks.o" "$reading/libtagrid_reading.a" "$reading/libzstd_decompress.a" \
   "$reading/libxxhash.a" -Wl,--gc-sections -s -o "$reading/read_blocks.exe"
 ls -l "$reading/read_blocks.exe"
+[ -n "$program" ] || exit 0
+
+tools/windows_libraries.sh "$build/libraries"
+cmake -S . -B "$build/program" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/toolchains/windows-x64.cmake" \
+  -DTAGRID_WINDOWS_LIBRARIES="$build/libraries" -DTAGRID_STATIC=ON -DTAGRID_UNITY=most >"$build/program.log" ||
+  { cat "$build/program.log" >&2; exit 70; }
+cmake --build "$build/program" --target tagrid >"$build/program.log" || { cat "$build/program.log" >&2; exit 70; }
+ls -l "$build/program/tagrid.exe"
