@@ -27,7 +27,8 @@ test=("${mpi[@]}" "${wheel[@]}" libgtest-dev libgmock-dev librapidcheck-dev clan
 web=("${page[@]}" chromium)
 fuzz=("${test[@]}" libclang-rt-dev)
 slurm=("${test[@]}" slurm-wlm munge)
-windows=(g++-mingw-w64-x86-64-posix wine64 cmake ninja-build libhwy-dev libfmt-dev libxxhash-dev dpkg-dev)
+windows=(g++-mingw-w64-x86-64-posix libz-mingw-w64-dev wine64 cmake ninja-build make tcl libhwy-dev libfmt-dev libxxhash-dev libcli11-dev
+  nlohmann-json3-dev libcurl4-openssl-dev libisal-dev dpkg-dev)
 bench=("${build[@]}" python3 python3-numpy gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)
 pictures=("${python[@]}" python3-pil python3-matplotlib)
 paper=("${mpi[@]}" python3 python3-numpy python3-pil python3-vtk9 xvfb libgl1-mesa-dri fonts-dejavu-core)

@@ -8,7 +8,7 @@ folder=$(realpath -m "$1")
 sources=$folder/sources
 host=x86_64-w64-mingw32
 tools/debian_source.sh "$sources" zstd xxhash onetbb bzip2 libpng1.6 libisal libsodium sqlite3
-tools/debian_headers.sh "$folder/include" CLI nlohmann
+tools/debian_headers.sh "$folder/include" CLI nlohmann isa-l isa-l.h
 ln -sfn "/usr/include/$(gcc -print-multiarch)/curl" "$folder/include/curl"
 mkdir -p "$folder/lib"
 
@@ -31,9 +31,7 @@ cp "$sources/libpng1.6/scripts/pnglibconf.h.prebuilt" "$sources/libpng1.6/pnglib
 archive png "$sources"/libpng1.6/png{,error,get,mem,pread,read,rio,rtran,rutil,set,trans,wio,write,wtran,wutil}.c -DPNG_INTEL_SSE_OPT=0
 cp "$sources"/libpng1.6/{png,pngconf,pnglibconf}.h "$folder/include"
 # Without its assembler: parity needs the portable sources.
-archive isal -I"$sources/libisal/include" "$sources"/libisal/erasure_code/ec_base.c "$sources"/libisal/crc/crc_base{,_aliases}.c
-mkdir -p "$folder/include/isa-l"
-cp "$sources"/libisal/include/*.h "$folder/include/isa-l"
+archive isal -I"$sources/libisal/include" "$sources"/libisal/erasure_code/ec_base{,_aliases}.c "$sources"/libisal/crc/crc{,64}_base.c "$sources"/libisal/crc/crc_base_aliases.c
 if [ ! -f "$folder/lib/libsqlite3.a" ]; then
   # Its one file is made by a program of this machine.
   (cd "$sources/sqlite3" && ./configure --disable-tcl --disable-readline >/dev/null && make -s sqlite3.c >/dev/null)

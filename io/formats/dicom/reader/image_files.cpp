@@ -25,7 +25,7 @@ constexpr std::size_t most_named = 5;  // in a message
 constexpr std::array extensions_of_dicom = {".dcm", ".dicom", ".ima"};
 
 /// The extension in lower case; "" for one of digits, as names that are UIDs have.
-std::string extension_of(const std::string& path) {
+std::string usual_extension(const std::string& path) {
   std::string extension = extension_of(path);
   const bool is_number = std::ranges::all_of(extension, [](char c) { return c == '.' || is_digit(c); });
   return is_number ? "" : extension;
@@ -38,14 +38,14 @@ struct NamesOfImages {
   void add(const std::string& path) {
     if (std::string pattern = number_pattern(file_name(path)); pattern.find('#') != pattern.npos)
       patterns.insert(std::move(pattern));
-    if (std::string extension = extension_of(path); !extension.empty())
+    if (std::string extension = usual_extension(path); !extension.empty())
       extensions.insert(std::move(extension));
   }
   bool have_pattern_of(const std::string& path) const {
     return patterns.contains(number_pattern(file_name(path)));
   }
   bool are_like(const std::string& path) const {
-    const std::string extension = extension_of(path);
+    const std::string extension = usual_extension(path);
     return have_pattern_of(path) || extensions.contains(extension) ||
            std::ranges::find(extensions_of_dicom, extension) != extensions_of_dicom.end();
   }

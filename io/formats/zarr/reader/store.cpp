@@ -37,7 +37,7 @@ class FolderStore final : public ZarrStore {
             const std::function<void(const std::string& name, bool is_folder)>& look) const override {
     const std::string where = path_of(folder);
     std::error_code error;
-    fs::directory_iterator entry(path_of(where), error);
+    fs::directory_iterator entry(tagrid::path_of(where), error);
     for (const fs::directory_iterator end; !error && entry != end; entry.increment(error)) {
       std::error_code unknown;
       const bool is_folder = entry->is_directory(unknown);

@@ -1,0 +1,212 @@
+"""tagrid.exe, under Wine, beside the program of this system: the same bytes from the same commands, and what only Windows
+does with names, pipes, locks and files that are open.
+
+    program_test.py PROGRAM FOLDER
+        FOLDER: where tools/windows.sh builds. With TAGRID_LONG=1, as that takes minutes.
+"""
+
+import json
+import os
+import pathlib
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PROGRAM, FOLDER = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
+WINE = shutil.which("wine") or shutil.which("wine64")
+# Debian's wine64 alone has its loader here.
+if WINE is None and pathlib.Path("/usr/lib/wine/wine64").exists():
+    WINE = "/usr/lib/wine/wine64"
+SIZES = {"uint8": 1, "int8": 1, "uint16": 2, "int16": 2, "uint32": 4, "int32": 4, "float32": 4, "float64": 8}
+
+
+def volume(sample_type, count, generator):
+    """Smooth samples with noise of a few bits; of floats, finite ones."""
+    size = SIZES[sample_type]
+    samples = bytearray()
+    value = 0
+    for _ in range(count):
+        value = (value + generator.randrange(-3, 4)) % 120
+        if sample_type.startswith("float"):
+            samples += bytes([generator.randrange(256)] * (size - 2)) + bytes([value, 0x40])
+        else:
+            samples += value.to_bytes(size, "little")
+    return bytes(samples)
+
+
+@unittest.skipUnless(WINE and shutil.which("x86_64-w64-mingw32-g++-posix"),
+                     "there is no mingw-w64, or no Wine: tools/install_packages.sh windows")
+class WindowsProgram(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        build = FOLDER / "windows"
+        subprocess.run([ROOT / "tools/windows.sh", "--program", build], check=True, stdout=subprocess.DEVNULL)
+        cls.exe = build / "program/tagrid.exe"
+        prefix = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(prefix.cleanup)
+        os.environ.update(WINEPREFIX=prefix.name, WINEDEBUG="-all", LC_ALL="C.UTF-8")
+        subprocess.run([WINE, cls.exe, "--version"], check=True, stdout=subprocess.DEVNULL)
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        for name in ("here", "there"):
+            (self.folder / name).mkdir()
+
+    def here(self, *arguments, data=None, cwd="here"):
+        return subprocess.run([str(PROGRAM), *map(str, arguments)], cwd=self.folder / cwd, input=data,
+                              capture_output=True, check=False)
+
+    def there(self, *arguments, data=None, cwd="there"):
+        return subprocess.run([WINE, str(self.exe), *map(str, arguments)], cwd=self.folder / cwd, input=data,
+                              capture_output=True, check=False)
+
+    def both(self, *arguments, data=None):
+        """Runs both; they must say and end the same. Returns what they wrote to standard output."""
+        here, there = self.here(*arguments, data=data), self.there(*arguments, data=data)
+        self.assertEqual(there.returncode, here.returncode, (arguments, here.stderr, there.stderr))
+        self.assertEqual(there.stdout, here.stdout, arguments)
+        return there
+
+    def files(self, name):
+        return {str(path.relative_to(self.folder / name)): path.read_bytes()
+                for path in (self.folder / name).rglob("*") if path.is_file()}
+
+    def test_golden_files_decode_to_the_same_bytes(self):
+        golden = sorted((ROOT / "tests/golden/1.0").glob("*.tag"))
+        self.assertGreater(len(golden), 30)
+        for path in golden:
+            with self.subTest(path.name):
+                done = self.there("decode", "-", "-o", "-", "-q", data=path.read_bytes())
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertEqual(done.stdout, self.here("decode", path, "-o", "-", "-q").stdout)
+
+    def test_odd_volumes_have_the_same_files(self):
+        generator = random.Random(int(os.environ.get("TAGRID_SEED", "1")))
+        for round_ in range(int(os.environ.get("TAGRID_WINDOWS_VOLUMES", "24"))):
+            sample_type = generator.choice(sorted(SIZES))
+            dims = [generator.choice((1, 2, 3, 7, 16, 17, 33, 40)) for _ in range(3)]
+            options = generator.choice(([], ["--max-error", "2"], ["--grid-only"], ["--overviews", "auto"],
+                                        ["--max-error", "1", "--grid", "derived"]))
+            options = [*options, "--brick", generator.choice(("1", "2"))]
+            data = volume(sample_type, dims[0] * dims[1] * dims[2], generator)
+            raw = ["--dims", ",".join(map(str, dims)), "--type", sample_type]
+            with self.subTest((round_, sample_type, dims, options)):
+                for name in ("here", "there"):
+                    (self.folder / name / "v.raw").write_bytes(data)
+                done = self.both("encode", "v.raw", *raw, *options, "-q", "-f", "-o", "v.tag")
+                if done.returncode == 0:
+                    self.both("verify", "v.tag", "-q")
+                    self.both("decode", "v.tag", "-q", "-f", "-o", "back.raw")
+                self.assertEqual(self.files("there"), self.files("here"))
+
+    def test_every_command_gives_the_same_files(self):
+        for arguments in (("phantom", "--dims", "60,50,40", "-o", "p.nrrd"),
+                          ("encode", "p.nrrd", "--max-error", "4", "-o", "p.tag"),
+                          ("encode", "p.nrrd", "--overviews", "auto", "-o", "o.tag"),
+                          ("mesh", "p.tag", "-o", "p.msh"), ("mesh", "p.tag", "-o", "p.vtu"),
+                          ("mesh", "p.tag", "--materials", "bone=300:", "-o", "bone.inp"),
+                          ("surface", "p.tag", "--iso", "300", "-o", "p.ply"),
+                          ("preview", "p.tag", "-o", "p.png"), ("decode", "p.tag", "-o", "back.mha"),
+                          ("decode", "o.tag", "--level", "1", "-o", "small.nrrd"),
+                          ("restore", "o.tag", "-o", "restored"), ("protect", "p.tag"),
+                          ("convert", ".", "--output-dir", "outputs"), ("archive", "check", "outputs")):
+            with self.subTest(arguments):
+                done = self.both(*arguments, "-q")
+                self.assertEqual(done.returncode, 0, done.stderr)
+        here, there = self.files("here"), self.files("there")
+        self.assertEqual(set(there), set(here))
+        for name, content in here.items():
+            # Records have times, names of machines and numbers of files.
+            if not name.endswith((".jsonl", ".sqlite")):
+                self.assertEqual(there[name], content, name)
+
+    def test_errors_are_said_as_elsewhere(self):
+        (self.folder / "here/broken.tag").write_bytes(b"TAGRID" + bytes(100))
+        shutil.copy(self.folder / "here/broken.tag", self.folder / "there")
+        for arguments in (("decode", "none.tag"), ("decode", "broken.tag"), ("encode", "."), ("mesh",), ("--no-option",),
+                          ("info", "broken.tag"), ("decode", "broken.tag", "-o", "no/such/folder/x.raw")):
+            with self.subTest(arguments):
+                done = self.both(*arguments)
+                self.assertEqual(done.stderr, self.here(*arguments).stderr)
+
+    def test_names_are_unicode_and_long(self):
+        name = "Zürich 目录 \U0001F9B4"
+        deep = "/".join(["a folder with a long name, as archives have them"] * 7)
+        self.assertGreater(len(deep), 260)
+        for name_ in ("here", "there"):
+            (self.folder / name_ / deep).mkdir(parents=True)
+        self.assertEqual(self.both("phantom", "--dims", "20,20,20", "-q", "-o", f"{name}.nrrd").returncode, 0)
+        self.assertEqual(self.both("encode", f"{name}.nrrd", "-q", "-o", f"{deep}/{name}.tag").returncode, 0)
+        self.assertEqual(self.both("restore", f"{deep}/{name}.tag", "-q", "-o", f"{name}").returncode, 0)
+        self.assertEqual(self.files("there"), self.files("here"))
+        self.assertIn(f"{name}/{name}.nrrd", self.files("there"))
+
+    def test_names_that_windows_takes_for_something_else_are_refused(self):
+        for name in ("..\\..\\evil.nrrd", "C:evil.nrrd", "nul.nrrd", "a:stream.nrrd", "evil.nrrd."):
+            with self.subTest(name):
+                self.here("phantom", "--dims", "9,9,9", "-q", "-f", "-o", "plain.nrrd")
+                (self.folder / "here/plain.nrrd").rename(self.folder / "here" / name)
+                made = self.here("encode", f"./{name}", "--from", "nrrd", "-q", "-f", "-o", "evil.tag")
+                self.assertEqual(made.returncode, 0, made.stderr)
+                shutil.copy(self.folder / "here/evil.tag", self.folder / "there")
+                before = sorted(self.folder.rglob("*"))
+                done = self.there("restore", "evil.tag", "-o", "out")
+                self.assertEqual(done.returncode, 64, done.stderr)
+                self.assertIn(b"no file of this system may have this name", done.stderr)
+                self.assertEqual(sorted(self.folder.rglob("*")), before)
+                # Here, it is a name as others.
+                self.assertEqual(self.here("restore", "evil.tag", "-q", "-f", "-o", "out").returncode, 0)
+                shutil.rmtree(self.folder / "here")
+                (self.folder / "here").mkdir()
+
+    def test_pipes_are_binary(self):
+        data = bytes(range(256)) * 64
+        raw = ["--dims", "32,32,16", "--type", "uint8"]
+        encoded = self.there("encode", "-", *raw, "-q", "-o", "-", data=data)
+        self.assertEqual(encoded.returncode, 0, encoded.stderr)
+        self.assertEqual(encoded.stdout, self.here("encode", "-", *raw, "-q", "-o", "-", data=data).stdout)
+        self.assertEqual(self.there("decode", "-", "-q", "-o", "-", data=encoded.stdout).stdout, data)
+
+    def test_nothing_is_replaced_unasked_and_nothing_stays_behind(self):
+        self.there("phantom", "--dims", "20,20,20", "-q", "-o", "p.nrrd")
+        before = self.files("there")
+        done = self.there("phantom", "--dims", "30,20,20", "-q", "-o", "p.nrrd")
+        self.assertEqual(done.returncode, self.here("phantom", "--dims", "30,20,20", "-q", "-o", "p.nrrd").returncode or 73)
+        self.assertIn(b"exists", done.stderr)
+        self.assertEqual(self.files("there"), before)
+        # A reader that has the old file open keeps it, or the new one is refused: never half of both.
+        self.assertEqual(self.there("phantom", "--dims", "30,20,20", "-q", "-f", "-o", "p.nrrd").returncode, 0)
+        self.assertEqual(set(self.files("there")), set(before))
+
+    def test_two_passes_at_once_make_one_archive(self):
+        for i in range(3):
+            self.there("phantom", "--dims", f"{20 + i},20,20", "-q", "-o", f"p{i}.nrrd")
+        command = [WINE, str(self.exe), "convert", ".", "--output-dir", "out", "-q"]
+        passes = [subprocess.Popen(command, cwd=self.folder / "there", stderr=subprocess.PIPE) for _ in range(2)]
+        ends = [(one.communicate()[1], one.returncode) for one in passes]
+        self.assertIn(0, [code for _, code in ends], ends)
+        self.assertEqual(self.there("archive", "check", "out", "-q").returncode, 0)
+        self.assertEqual(len(list((self.folder / "there/out").glob("*.tag"))), 3)
+
+    def test_memory_is_limited(self):
+        self.there("phantom", "--dims", "100,100,100", "-q", "-o", "p.nrrd")
+        done = self.there("encode", "p.nrrd", "-M", "1", "-o", "p.tag")
+        self.assertEqual(done.returncode, 64)
+        self.assertIn(b"give -M", done.stderr)
+        done = self.there("encode", "p.nrrd", "-M", "200M", "-q", "-o", "p.tag", "--json", "r.json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertLess(json.loads((self.folder / "there/r.json").read_text())["peak_memory"], 200 << 20)
+
+
+if __name__ == "__main__":
+    if "TAGRID_LONG" in os.environ:
+        unittest.main(argv=sys.argv[:1])
+    else:
+        print("skipped: builds the program for Windows: set TAGRID_LONG=1")
