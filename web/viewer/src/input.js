@@ -103,6 +103,7 @@ export function handleKeys(state, actions, activeView) {
       "{": () => actions.changeWindow(-0.05, 1),
       "}": () => actions.changeWindow(0.05, 1),
       a: () => actions.autoWindow(),
+      w: () => actions.preset(event.shiftKey ? -1 : 1),
       g: () => actions.grid(),
       l: () => actions.colors(),
       1: () => actions.tool("move"),

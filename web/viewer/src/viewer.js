@@ -5,6 +5,7 @@ import { DisplayWindow } from "./display_window.js";
 import { handleKeys, handlePointers } from "./input.js";
 import { MaterialsPanel } from "./materials_panel.js";
 import { placesOf } from "./places.js";
+import { Presets } from "./presets.js";
 import { readoutRows } from "./readout.js";
 import { Shades } from "./shades.js";
 import { SliceView } from "./slice_view.js";
@@ -57,9 +58,11 @@ const sliceViews = ["axial", "coronal", "sagittal"].map((name) => {
 });
 const spaceView = new SpaceView(sections.space, state);
 const displayWindow = new DisplayWindow(state, () => {
+  presets.update();
   spaceView.windowChanged();
   draw();
 });
+const presets = new Presets(state, coarsestSlices, (low, high) => displayWindow.set(low, high));
 const materialsPanel = new MaterialsPanel(
   state,
   (source) => open(source, { base: decoderBase }),
@@ -234,6 +237,7 @@ const actions = {
     displayWindow.choose(coarsestSlices());
     update();
   },
+  preset: (count) => presets.step(count),
   /** What a drag changes, and a way back: the first finger of a pinch may have moved. */
   remember: () => ({
     position: state.position,
@@ -382,6 +386,7 @@ function show(volume, before) {
   state.shades = new Shades(state.scale);
   if (!before) state.position = volume.dims.map((n) => Math.floor(n / 2));
   state.isFitted = true;
+  presets.reset();
   displayWindow.start(before);
   for (const view of sliceViews) {
     view.reset();
