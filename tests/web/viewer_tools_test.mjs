@@ -105,3 +105,173 @@ test("without HU, presets are shares of the slices shown", async () => {
     await other.close();
   }
 });
+
+const measures = (page) => page.evaluate("tagridViewer.state.measures");
+/** The texts of the list of measurements. */
+const listed = (page) =>
+  page.evaluate(`[...document.querySelectorAll("#measures li button:first-child")].map((e) => e.textContent)`);
+const tool = (page, name) => page.evaluate(`tagridViewer.actions.tool("${name}")`);
+const numberIn = (text, pattern = /: \w+ ([\d.]+)/) => Number(pattern.exec(text)[1]);
+const frame = (page) =>
+  page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))");
+/** The angle at b, in degrees. */
+const degreesAt = (a, b, c) => {
+  const [u, v] = [a, c].map((end) => end.map((n, i) => n - b[i]));
+  return (Math.acos(u.reduce((sum, n, i) => sum + n * v[i], 0) / (Math.hypot(...u) * Math.hypot(...v))) * 180) / Math.PI;
+};
+
+test("rulers and angles are those of the positions in the file, also where axes are not perpendicular", async () => {
+  const dims = [60, 50, 40];
+  // A tilted gantry: slices move toward the back.
+  const file = write("tilted", dims, Int16Array, (x, y, z) => x + y + z, [
+    "space: left-posterior-superior",
+    "space directions: (0.5,0,0) (0,0.5,0) (0,0.4,0.8)",
+    'space units: "mm" "mm" "mm"',
+  ]);
+  const positionOf = ([x, y, z]) => [0.5 * x, 0.5 * y + 0.4 * z, 0.8 * z];
+  const distance = (a, b) => Math.hypot(...positionOf(a).map((n, i) => n - positionOf(b)[i]));
+  const page = await open(file);
+  await tool(page, "ruler");
+  const drag = async (view, from, to) => page.drag(await pointOf(page, view, from), await pointOf(page, view, to));
+  const middle = [30, 25, 20];
+  const pairs = [
+    [0, [10, 12, 20], [43, 31, 20]],
+    [2, [30, 8, 6], [30, 40, 33]],
+    [1, [8, 25, 30], [50, 25, 30]],
+  ];
+  for (const [view, from, to] of pairs) await drag(view, from, to);
+  let texts = await listed(page);
+  assert.equal(texts.length, 3);
+  for (const [i, [view, from, to]] of pairs.entries()) {
+    // A pixel of the screen is less than a fifth of a sample here.
+    assert.ok(Math.abs(numberIn(texts[i]) - distance(from, to)) < 0.3, `${texts[i]}: ${distance(from, to)}`);
+    assert.match(texts[i], new RegExp(`^${i + 1}: ruler [\\d.]+ mm \\(${"zyx"[view]} = ${middle[2 - view]}\\)$`));
+  }
+  // A tenth of a millimeter is the last digit; not perpendicular, 27 samples down are longer than 27 times the spacing.
+  assert.match(texts[1], / \d+\.\d mm/);
+  const perpendicular = Math.hypot(0.5 * 32, Math.hypot(0.4, 0.8) * 27);
+  assert.ok(Math.abs(numberIn(texts[1]) - perpendicular) > 3);
+  // The number is written over the picture, too.
+  const written = await page.evaluate(`(() => { const view = tagridViewer.sliceViews[0], texts = [];
+    const context = view.canvas.getContext("2d");
+    context.fillText = (text) => texts.push(text);
+    view.draw();
+    delete context.fillText;
+    return texts; })()`);
+  assert.ok(written.includes(texts[0].replace(/^1: ruler (.*) \(.*/, "1: $1")), `${written}`);
+  await frame(page);
+  await picture(page, "rulers");
+  // The end of a ruler moves alone, a line with both ends.
+  await drag(0, [43, 31, 20], [43, 45, 20]);
+  assert.ok(Math.abs(numberIn((await listed(page))[0]) - distance([10, 12, 20], [43, 45, 20])) < 0.3);
+  const before = (await measures(page))[2].points;
+  await drag(1, [29, 25, 30], [24, 25, 14]);
+  const after = (await measures(page))[2].points;
+  for (const i of [0, 1])
+    for (const [axis, change] of [-5, 0, -16].entries())
+      assert.ok(Math.abs(after[i][axis] - before[i][axis] - change) < 0.3, `${before} ${after}`);
+  assert.equal((await measures(page)).length, 3);
+  // Elsewhere, it is not drawn, and no drag meets it.
+  await page.evaluate("tagridViewer.actions.moveTo([30, 25, 21])");
+  await drag(0, [43, 45, 21], [20, 45, 21]);
+  assert.equal((await measures(page)).length, 4);
+  await page.key("Delete");
+  assert.equal((await measures(page)).length, 3);
+  // An angle, with a drag for the first side and the corner, and one for the other end.
+  await page.key("5");
+  const corners = [[12, 8, 21], [12, 40, 21], [50, 28, 21]];
+  await drag(0, corners[0], corners[1]);
+  assert.deepEqual((await listed(page))[3].slice(0, 10), "5: angle …");
+  await drag(0, [30, 30, 21], corners[2]);
+  texts = await listed(page);
+  assert.equal(texts.length, 4);
+  assert.ok(Math.abs(numberIn(texts[3]) - degreesAt(...corners.map(positionOf))) < 1, texts[3]);
+  assert.match(texts[3], /^5: angle \d+\.\d° \(z = 21\)$/);
+  // In a sagittal slice, it is that of the positions, not of the picture.
+  const slanted = [[30, 10, 5], [30, 10, 35], [30, 40, 35]];
+  await drag(2, slanted[0], slanted[1]);
+  await drag(2, [30, 20, 20], slanted[2]);
+  assert.ok(Math.abs(numberIn((await listed(page))[4]) - degreesAt(...slanted.map(positionOf))) < 1);
+  assert.ok(Math.abs(numberIn((await listed(page))[4]) - 90) > 20);
+  await frame(page);
+  await picture(page, "angles");
+  // A side without the other end is dropped with its tool.
+  await drag(0, [40, 10, 21], [50, 20, 21]);
+  assert.equal((await measures(page)).length, 6);
+  await page.key("1");
+  assert.equal((await measures(page)).length, 5);
+  // A press that hardly moves is no ruler.
+  await tool(page, "ruler");
+  const [x, y] = await pointOf(page, 0, [45, 12, 21]);
+  await page.drag([x, y], [x + 1, y + 1]);
+  assert.equal((await measures(page)).length, 5);
+  // The list shows the slice, moves by samples, and removes.
+  await page.evaluate(`document.querySelector("#measures button").focus()`);
+  await page.evaluate(`document.activeElement.click()`);
+  assert.equal(await page.evaluate("tagridViewer.state.position[2]"), 20);
+  const [first] = await measures(page);
+  await page.key("ArrowRight", 8);
+  await page.key("ArrowUp");
+  const [moved] = await measures(page);
+  const expected = first.points.map(([a, b, c]) => [Math.min(a + 10, 60), b - 1, c]);
+  for (const i of [0, 1]) for (const axis of [0, 1, 2]) assert.ok(Math.abs(moved.points[i][axis] - expected[i][axis]) < 1e-9);
+  await page.key("Delete");
+  assert.equal((await measures(page)).length, 4);
+  await page.evaluate(`document.querySelector("#measures li button:last-child").click()`);
+  assert.equal((await measures(page)).length, 3);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+});
+
+test("with keys alone, points are at samples, exactly; fingers measure, and pinches do not", async () => {
+  const page = await open(write("keys", [40, 36, 32], Int16Array, (x, y) => x + y, ["spacings: 0.2 0.3 2"]), 390, 844, true);
+  await page.evaluate("tagridViewer.sliceViews[0].canvas.focus()");
+  const at = async (position) => {
+    await page.evaluate(`tagridViewer.actions.moveTo(${JSON.stringify(position)})`);
+    await page.key("Enter");
+  };
+  await page.key("4");
+  await at([3, 4, 16]);
+  await at([33, 24, 16]);
+  await page.key("5");
+  await at([10, 10, 16]);
+  await at([20, 10, 16]);
+  await at([20, 30, 16]);
+  // The number of digits follows from the spacing: 0.2.
+  assert.deepEqual(await listed(page), [
+    `1: ruler ${Math.hypot(30 * 0.2, 20 * 0.3).toFixed(2)} units (z = 16)`,
+    "2: angle 90.0° (z = 16)",
+  ]);
+  await page.key("Escape");
+  await page.key("4");
+  const [from, to] = [await pointOf(page, 0, [8, 30, 16]), await pointOf(page, 0, [30, 33, 16])];
+  await page.touch("touchStart", [from]);
+  for (let i = 1; i <= 5; ++i) await page.touch("touchMove", [from.map((a, axis) => a + ((to[axis] - a) * i) / 5)]);
+  await page.touch("touchEnd", []);
+  assert.equal((await measures(page)).length, 3);
+  assert.ok(Math.abs(numberIn((await listed(page))[2]) - Math.hypot(22 * 0.2, 3 * 0.3)) < 0.2);
+  await frame(page);
+  await picture(page, "phone-ruler");
+  // The first finger of a pinch leaves no ruler.
+  const [x, y] = await pointOf(page, 0, [25, 8, 16]);
+  await page.touch("touchStart", [[x, y]]);
+  await page.touch("touchMove", [[x - 12, y - 3]]);
+  await page.touch("touchStart", [[x - 12, y], [x + 40, y + 20]]);
+  await page.touch("touchMove", [[x - 30, y], [x + 60, y + 20]]);
+  await page.touch("touchEnd", []);
+  assert.equal((await measures(page)).length, 3);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+  // Without spacing, lengths are in voxels; another file has none of the measures.
+  const bare = await open(write("bare", [40, 36, 32], Int16Array, (x, y) => x + y));
+  await bare.evaluate(`tagridViewer.actions.tool("ruler")`);
+  await bare.evaluate("tagridViewer.actions.moveTo([3, 4, 16]); tagridViewer.actions.measuring.putPoint(tagridViewer.sliceViews[0])");
+  await bare.evaluate("tagridViewer.actions.moveTo([6, 8, 16]); tagridViewer.actions.measuring.putPoint(tagridViewer.sliceViews[0])");
+  assert.deepEqual(await listed(bare), ["1: ruler 5.0 voxels (z = 16)"]);
+  assert.match(await textOf(bare, "measures"), /spacing unknown/);
+  await bare.choose("#file", [join(folder, "keys.tag")]);
+  await bare.until(`tagridViewer.state.name === "keys.tag"`);
+  assert.deepEqual(await listed(bare), []);
+  assert.deepEqual(bare.errors, []);
+  await bare.close();
+});

@@ -1,5 +1,6 @@
 // What is drawn over a slice: cross hair, title, scale bar, the sides of the patient, and what could not be read.
 import { lossText } from "./describe.js";
+import { drawMeasures } from "./measure_marks.js";
 
 const axisNames = ["x", "y", "z"];
 const ink = "#f4f4f4";
@@ -9,6 +10,7 @@ const shadow = "rgba(0, 0, 0, 0.8)";
 export function drawMarks(context, view, state) {
   const { clientWidth: width, clientHeight: height } = view.canvas;
   drawCross(context, view, state, width, height);
+  drawMeasures(context, view, state);
   const write = (text, x, y, align, font = "13px", color = ink) => {
     context.font = `${font} system-ui, sans-serif`;
     context.textAlign = align;

@@ -4,6 +4,8 @@ import { boundRows, factRows, fillList, scaleOf } from "./describe.js";
 import { DisplayWindow } from "./display_window.js";
 import { handleKeys, handlePointers } from "./input.js";
 import { MaterialsPanel } from "./materials_panel.js";
+import { MeasuresPanel } from "./measures_panel.js";
+import { Measuring } from "./measuring.js";
 import { placesOf } from "./places.js";
 import { Presets } from "./presets.js";
 import { readoutRows } from "./readout.js";
@@ -35,6 +37,9 @@ const state = {
   labels: undefined,
   showsColors: true,
   opacity: 0.4,
+  // See measures.js.
+  measures: [],
+  chosenMeasure: undefined,
 };
 
 const sliceViews = ["axial", "coronal", "sagittal"].map((name) => {
@@ -72,6 +77,23 @@ const materialsPanel = new MaterialsPanel(
     update();
   },
 );
+const measuring = new Measuring(state, () => {
+  measuresPanel.update();
+  draw();
+});
+const measuresPanel = new MeasuresPanel(state, {
+  show(measure) {
+    state.chosenMeasure = measure;
+    const position = measure.points.reduce((sum, place) => sum.map((n, axis) => n + place[axis] / measure.points.length), [0, 0, 0]);
+    actions.moveTo(position);
+    measuresPanel.update();
+  },
+  step(measure, i, count) {
+    const view = sliceViews.find(({ normal }) => normal === measure.normal);
+    measuring.step(measure, i === 0 ? view.across : view.down, count * view.signs[i]);
+  },
+  remove: (measure) => measuring.remove(measure),
+});
 let file;
 // Milliseconds.
 const retryAfter = 3000;
@@ -187,6 +209,7 @@ const actions = {
     const within = position.map((p, axis) => Math.min(Math.max(Math.floor(p), 0), dims[axis] - 1));
     for (const view of sliceViews) if (within[view.normal] !== state.position[view.normal]) view.changed();
     state.position = within;
+    measuring.follow();
     // Follows the cross hair where it leaves the canvas.
     for (const view of sliceViews) {
       if (!view.isShown || state.isFitted) continue;
@@ -267,7 +290,9 @@ const actions = {
     element("grid").setAttribute("aria-pressed", String(state.showsGrid));
     update();
   },
+  measuring,
   tool(name) {
+    if (name !== state.tool) measuring.leave();
     state.tool = name;
     for (const button of document.querySelectorAll("[data-tool]"))
       button.setAttribute("aria-pressed", String(button.dataset.tool === name));
@@ -398,6 +423,9 @@ function show(volume, before) {
   fillList(element("facts"), factRows(volume, state.scale, state.places));
   element("metadata").textContent = volume.metadata;
   spaceView.reset();
+  // Volumes of a file lie at one place.
+  if (!before) measuring.reset();
+  measuresPanel.update();
   materialsPanel.apply();
 }
 
