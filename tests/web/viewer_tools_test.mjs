@@ -275,3 +275,155 @@ test("with keys alone, points are at samples, exactly; fingers measure, and pinc
   assert.deepEqual(bare.errors, []);
   await bare.close();
 });
+
+/** Rows of the list of a region: { name: text }. */
+const rowsOf = (page, i) =>
+  page.evaluate(`Object.fromEntries([...document.querySelectorAll("#measures li")[${i}].querySelectorAll("dl:not(.ends) dt")]
+    .map((e) => [e.textContent, e.nextSibling.textContent]))`);
+const isRead = (i) => `(tagridViewer.state.measures[${i}]?.statistics || tagridViewer.state.measures[${i}]?.message)`;
+
+/** Statistics of a region, from all samples of the slice: a sample counts if its middle is in the region. */
+function expectedOf({ kind, normal, slice, points: [a, b] }, dims, valueAt) {
+  const [u, v] = [0, 1, 2].filter((axis) => axis !== normal);
+  const values = [];
+  for (let j = 0; j < dims[v]; ++j)
+    for (let i = 0; i < dims[u]; ++i) {
+      const place = [];
+      [place[u], place[v], place[normal]] = [i, j, slice];
+      const [s, t] = [u, v].map((axis) => (2 * (place[axis] + 0.5) - a[axis] - b[axis]) / Math.abs(a[axis] - b[axis]));
+      if (kind === "ellipse" ? s * s + t * t <= 1 : Math.abs(s) <= 1 && Math.abs(t) <= 1) values.push(valueAt(place));
+    }
+  const mean = values.reduce((sum, value) => sum + value, 0) / values.length;
+  const deviation = Math.sqrt(values.reduce((sum, value) => sum + value * value, 0) / values.length - mean * mean);
+  return { values, mean, deviation, low: Math.min(...values), high: Math.max(...values) };
+}
+
+test("regions have the statistics of the samples of the volume itself", async () => {
+  // With an overview, which is what is shown: the slice has more samples than the view has pixels.
+  const dims = [900, 800, 9];
+  const file = write(
+    "regions",
+    dims,
+    Int16Array,
+    (x, y, z) => Math.round(300 * Math.sin(x / 9) * Math.cos(y / 7) + ((x * 31 + y * 17 + z * 7) % 41) + z),
+    [
+      "space: left-posterior-superior",
+      "space directions: (0.5,0,0) (0,0.4,0) (0,0,3)",
+      'space units: "mm" "mm" "mm"',
+      "rescale_slope:=2",
+      "rescale_intercept:=-100",
+      "rescale_units:=HU",
+    ],
+    "--max-error",
+    "3",
+    "--overviews",
+    "4",
+  );
+  const samples = samplesOf(file, Int16Array);
+  const valueAt = ([x, y, z]) => 2 * samples[(z * dims[1] + y) * dims[0] + x] - 100;
+  const page = await open(file, 800, 560);
+  assert.ok((await page.evaluate("tagridViewer.sliceViews[0].level")) > 0);
+  await page.key("6");
+  await page.drag(await pointOf(page, 0, [200, 150, 4]), await pointOf(page, 0, [420, 390, 4]));
+  await page.key("7");
+  await page.drag(await pointOf(page, 0, [700, 600, 4]), await pointOf(page, 0, [560, 500, 4]));
+  await page.until(`${isRead(0)} && ${isRead(1)}`);
+  const check = async (i) => {
+    const measure = (await measures(page))[i];
+    const { values, mean, deviation, low, high } = expectedOf(measure, dims, valueAt);
+    const { statistics } = measure;
+    assert.ok(values.length > 5000);
+    assert.equal(statistics.count, values.length);
+    assert.ok(Math.abs(statistics.mean - mean) < 1e-9 * Math.abs(low - high), `${statistics.mean} ${mean}`);
+    assert.ok(Math.abs(statistics.deviation - deviation) < 1e-6);
+    assert.deepEqual([statistics.low, statistics.high], [low, high]);
+    // All samples are in the histogram, in the bins of their values, which have as many possible values each.
+    const { begin, width, counts } = statistics.bins;
+    assert.equal(width % 2, 0);
+    assert.deepEqual(
+      counts,
+      counts.map((_, bin) => values.filter((v) => v >= begin + bin * width && v < begin + (bin + 1) * width).length),
+    );
+    // What is written: no more digits than the bound of 2 HU allows.
+    assert.deepEqual(await rowsOf(page, i), {
+      samples: String(values.length),
+      area: `${(values.length * 0.2).toFixed(2)} mm²`,
+      mean: `${mean.toFixed(1)} HU`,
+      "standard deviation": `${deviation.toFixed(1)} HU`,
+      lowest: `${low} HU`,
+      highest: `${high} HU`,
+    });
+    return measure;
+  };
+  const ellipse = await check(0);
+  await check(1);
+  assert.match(await textOf(page, "measures"), /lossy, with errors up to 2 HU/);
+  await picture(page, "regions");
+  // A corner, and the whole, move; the statistics follow.
+  await page.evaluate("tagridViewer.actions.moveTo([450, 400, 4])");
+  const corner = ellipse.points[0].map(Math.round);
+  await page.drag(await pointOf(page, 0, corner), await pointOf(page, 0, [corner[0] + 40, corner[1] - 30, 4]));
+  await page.until(`tagridViewer.state.measures[0].statistics && !(${JSON.stringify(ellipse.statistics.count)} === tagridViewer.state.measures[0].statistics.count)`);
+  await check(0);
+  assert.equal((await measures(page)).length, 2);
+  // Too large: it says how large, and reads nothing.
+  await page.evaluate("tagridViewer.regionReader.mostSamples = 1000");
+  await page.evaluate(`document.querySelector("#measures button").focus()`);
+  await page.key("ArrowRight");
+  await page.until(isRead(0));
+  assert.match(await textOf(page, "measures"), /too large: its box has \d+ samples, and at most 1000 are read/);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+});
+
+test("a region counts what is no number apart, and keys put whole samples into it", async () => {
+  const dims = [24, 22, 20];
+  const sampleOf = (x, y, z) => (x === 5 && y === 6 ? NaN : x === 6 && y === 6 ? Infinity : Math.fround(0.1 * x + y + z / 7));
+  const page = await open(write("holes", dims, Float32Array, sampleOf));
+  await page.evaluate("tagridViewer.sliceViews[0].canvas.focus()");
+  await page.key("7");
+  for (const position of [[3, 4, 10], [8, 9, 10]]) {
+    await page.evaluate(`tagridViewer.actions.moveTo(${JSON.stringify(position)})`);
+    await page.key("Enter");
+  }
+  await page.until(isRead(0));
+  const values = [];
+  for (let y = 4; y <= 9; ++y) for (let x = 3; x <= 8; ++x) values.push(sampleOf(x, y, 10));
+  const finite = values.filter(Number.isFinite);
+  const { statistics } = (await measures(page))[0];
+  const mean = finite.reduce((sum, value) => sum + value, 0) / finite.length;
+  assert.equal(statistics.count, 34);
+  assert.equal(statistics.missing, 2);
+  assert.ok(Math.abs(statistics.mean - mean) < 1e-9);
+  const rows = await rowsOf(page, 0);
+  assert.equal(rows.samples, "36");
+  assert.equal(rows["of these, no number"], "2");
+  assert.equal(rows.area, "36 voxels");
+  // As the samples are written elsewhere.
+  assert.equal(rows.lowest, String(Number(Math.min(...finite).toPrecision(8))));
+  assert.match(await textOf(page, "measures"), /The samples are exact/);
+  // One sample of a region has no deviation; one without a middle has no sample.
+  await page.evaluate(`document.querySelector("#measures li button:last-child").click()`);
+  await page.evaluate("tagridViewer.actions.measuring.add([{ kind: 'ellipse', normal: 2, slice: 10, points: [[3.1, 4.1, 10.5], [3.4, 4.4, 10.5]] }])");
+  await page.until(isRead(0));
+  assert.match(await textOf(page, "measures"), /has no sample/);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+  // Slopes of single slices: values in a slice, and across them.
+  const slopes = [1, 0.5, 0.25, 2];
+  const other = await open(
+    write("sloped", [12, 10, 4], Int16Array, (x, y, z) => x + y + z, [`slice_slopes:=${slopes.join(" ")}`, "slice_intercepts:=0 1 2 3"]),
+  );
+  const valueAt = ([x, y, z]) => slopes[z] * (x + y + z) + z;
+  await other.evaluate(`tagridViewer.actions.measuring.add([
+    { kind: "rectangle", normal: 2, slice: 1, points: [[2, 2, 1.5], [7, 9, 1.5]] },
+    { kind: "rectangle", normal: 1, slice: 4, points: [[2, 4.5, 0], [7, 4.5, 4]] }])`);
+  await other.until(`${isRead(0)} && ${isRead(1)}`);
+  for (const measure of await measures(other)) {
+    const expected = expectedOf(measure, [12, 10, 4], valueAt);
+    assert.ok(Math.abs(measure.statistics.mean - expected.mean) < 1e-9);
+    assert.deepEqual([measure.statistics.low, measure.statistics.high], [expected.low, expected.high]);
+  }
+  assert.deepEqual(other.errors, []);
+  await other.close();
+});

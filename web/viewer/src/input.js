@@ -125,6 +125,8 @@ export function handleKeys(state, actions, activeView) {
       3: () => actions.tool("pan"),
       4: () => actions.tool("ruler"),
       5: () => actions.tool("angle"),
+      6: () => actions.tool("ellipse"),
+      7: () => actions.tool("rectangle"),
       Enter: () => actions.measuring.putPoint(view),
       Delete: () => actions.measuring.remove(),
       Backspace: () => actions.measuring.remove(),

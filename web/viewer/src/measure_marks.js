@@ -1,5 +1,6 @@
 // Measures over a slice: lines, handles, and results; and which of them is at a point.
 import { isFinished, isMeasuring, resultText } from "./measures.js";
+import { handlesOf as cornersOf, isRegion } from "./regions.js";
 
 const ink = "#7df0b0";
 const chosenInk = "#fff3a0";
@@ -14,11 +15,23 @@ export const measuresIn = (view, { measures, position }) =>
 const pointIn = (view, place) => view.pointOf([place[view.across], place[view.down]]);
 
 /** Where the handles of a measure are on the canvas. */
-const handlesOf = (view, { points }) => points.map((place) => pointIn(view, place));
+const handlesOf = (view, measure) =>
+  (isRegion(measure) ? cornersOf(measure) : measure.points).map((place) => pointIn(view, place));
+
+/** Points around a region on the canvas, the first one once more at the end. */
+function outlineOf(view, measure) {
+  const corners = handlesOf(view, measure);
+  if (measure.kind === "rectangle") return [...corners, corners[0]];
+  const [[ax, ay], , [bx, by]] = corners;
+  return Array.from({ length: 65 }, (_, i) => {
+    const turn = (i / 32) * Math.PI;
+    return [(ax + bx) / 2 + (Math.cos(turn) * (bx - ax)) / 2, (ay + by) / 2 + (Math.sin(turn) * (by - ay)) / 2];
+  });
+}
 
 /** The lines of a measure on the canvas: [from, to]. */
 function linesOf(view, measure) {
-  const handles = handlesOf(view, measure);
+  const handles = isRegion(measure) ? outlineOf(view, measure) : handlesOf(view, measure);
   return handles.slice(1).map((to, i) => [handles[i], to]);
 }
 

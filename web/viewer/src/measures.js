@@ -1,11 +1,11 @@
-// Rulers and angles in slices: what they are, and what they measure.
+// Rulers, angles and regions in slices: what they are, and what they measure. Regions have more in regions.js.
 //
 // A measure has a `kind`, and lies in the slice `slice` across the axis `normal`. Its `points` are places in the volume, in
 // which sample i reaches from i to i + 1.
 import { measuredText } from "./numbers.js";
 
 /** The tools that measure, and how many points each needs. */
-export const pointsOf = { ruler: 2, angle: 3 };
+export const pointsOf = { ruler: 2, angle: 3, ellipse: 2, rectangle: 2 };
 
 export const isMeasuring = (tool) => tool in pointsOf;
 
@@ -62,9 +62,27 @@ export function angleOf(volume, places, [a, apex, b]) {
   return { degrees, note: note && `${note}: as if voxels were cubes` };
 }
 
-/** What a measure says over the picture: "" as long as points are missing. */
-export function resultText(measure, { volume, places }) {
+/** What can be told apart of means and deviations of a region, in values. */
+function resolutionOf({ low, high }, { bounds, type }, { slope, note }) {
+  if (bounds.maxError > 0) return bounds.maxError * Math.abs(slope);
+  const isExact = bounds.maxError === 0 && !type.startsWith("float") && !note;
+  return isExact ? Math.abs(slope) / 20 : (high - low) / 1000 || Math.abs(low) / 1e6 || 1;
+}
+
+/** A mean or a deviation of a region, as a text without a unit. */
+export const meanText = (number, statistics, { volume, scale }) =>
+  measuredText(number, resolutionOf(statistics, volume, scale));
+
+/** What a measure says over the picture: "" as long as points are missing, or samples. */
+export function resultText(measure, { volume, places, scale }) {
   if (!isFinished(measure)) return "";
+  if (measure.kind === "ellipse" || measure.kind === "rectangle") {
+    const { statistics, message } = measure;
+    if (message) return "no mean";
+    if (!statistics) return "";
+    if (statistics.count === 0) return "no number";
+    return `mean ${meanText(statistics.mean, statistics, { volume, scale })} ${scale.unit}`.trim();
+  }
   if (measure.kind === "angle") {
     const { degrees } = angleOf(volume, places, measure.points);
     return Number.isFinite(degrees) ? `${measuredText(degrees, 0.5)}°` : "";
@@ -75,7 +93,8 @@ export function resultText(measure, { volume, places }) {
 
 /** What must be known of a result; "" if there is nothing. */
 export function noteOf(measure, { volume, places }) {
-  if (!isFinished(measure)) return "";
+  if (measure.message) return measure.message;
+  if (!isFinished(measure) || (measure.kind !== "angle" && measure.kind !== "ruler")) return "";
   const { note } = (measure.kind === "angle" ? angleOf : lengthOf)(volume, places, measure.points);
   return note ?? "";
 }

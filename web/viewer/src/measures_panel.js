@@ -1,5 +1,9 @@
 // The list of measures: what each says, and buttons that show and remove it.
-import { isFinished, noteOf, resultText } from "./measures.js";
+import { boundSentence, fillList } from "./describe.js";
+import { drawHistogram, histogramText } from "./histogram.js";
+import { isFinished, meanText, noteOf, resultText } from "./measures.js";
+import { measuredText, numberText, sampleText } from "./numbers.js";
+import { areaOf, isRegion } from "./regions.js";
 
 const element = (id) => document.getElementById(id);
 const arrows = { ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowUp: [1, -1], ArrowDown: [1, 1] };
@@ -27,12 +31,53 @@ export class MeasuresPanel {
       }
     for (const measure of measures) {
       if (!this.#rows.has(measure)) this.#rows.set(measure, this.#row(measure));
-      const { button, note } = this.#rows.get(measure);
+      const row = this.#rows.get(measure);
+      const { button, note } = row;
       button.textContent = this.#titleOf(measure);
       button.setAttribute("aria-pressed", String(measure === chosenMeasure));
       note.textContent = noteOf(measure, this.#state);
       note.hidden = note.textContent === "";
+      if (isRegion(measure)) this.#describe(measure, row);
     }
+  }
+
+  /** What a region has, in rows and a histogram. */
+  #describe({ statistics, ...region }, row) {
+    if (row.statistics === statistics) return;
+    row.statistics = statistics;
+    row.more.hidden = !statistics;
+    if (!statistics) return;
+    const { volume, places, scale } = this.#state;
+    const { count, missing, mean, deviation, low, high, bins } = statistics;
+    const withUnit = (text) => `${text} ${scale.unit}`.trim();
+    const { area, unit } = areaOf(region, count + missing, volume, places);
+    const areaStep = area / (count + missing);
+    const rows = [
+      ["samples", String(count + missing)],
+      ["area", unit === "voxels" ? `${area} voxels` : `${measuredText(area, areaStep)} ${unit}`],
+    ];
+    if (missing > 0) rows.push(["of these, no number", String(missing)]);
+    if (count > 0)
+      rows.push(
+        ["mean", withUnit(meanText(mean, statistics, this.#state))],
+        ["standard deviation", withUnit(meanText(deviation, statistics, this.#state))],
+        ["lowest", withUnit(this.#valueText(low))],
+        ["highest", withUnit(this.#valueText(high))],
+      );
+    fillList(row.list, rows);
+    row.histogram.hidden = row.ends.hidden = count === 0;
+    row.bound.textContent = boundSentence(volume, scale) + (scale.note && !scale.ofSlice ? ` All are ${scale.note}.` : "");
+    if (count === 0) return;
+    drawHistogram(row.histogram, bins);
+    row.histogram.setAttribute("aria-label", histogramText(bins, (n) => numberText(n, 6)));
+    fillList(row.ends, [[this.#valueText(low), this.#valueText(high)]]);
+  }
+
+  /** A value that samples have, with all its digits. */
+  #valueText(value) {
+    const { volume, scale } = this.#state;
+    const isSample = !scale.note && scale.slope === 1 && scale.intercept === 0;
+    return isSample ? sampleText(value, volume.type) : numberText(value);
   }
 
   #titleOf(measure) {
@@ -61,6 +106,17 @@ export class MeasuresPanel {
       if (!arrow) return this.#on.remove(measure);
       if (isFinished(measure)) this.#on.step(measure, arrow[0], arrow[1] * (event.shiftKey ? 10 : 1));
     });
-    return { element: row, button, note };
+    if (!isRegion(measure)) return { element: row, button, note };
+    const more = row.appendChild(document.createElement("div"));
+    const list = more.appendChild(document.createElement("dl"));
+    const histogram = more.appendChild(document.createElement("canvas"));
+    Object.assign(histogram, { width: 280, height: 60, className: "histogram" });
+    histogram.setAttribute("role", "img");
+    const ends = more.appendChild(document.createElement("dl"));
+    ends.className = "ends";
+    const bound = more.appendChild(document.createElement("p"));
+    bound.className = "small";
+    more.hidden = true;
+    return { element: row, button, note, more, list, histogram, ends, bound };
   }
 }

@@ -1,6 +1,7 @@
 // How measures are made, moved and removed: with pointers, or with points at the cross hair.
 import { measureAt } from "./measure_marks.js";
-import { isFinished, isMeasuring, pointsOf } from "./measures.js";
+import { isFinished, isMeasuring } from "./measures.js";
+import { isRegion, withCorner } from "./regions.js";
 
 // Pixels: less is no measure, but a hand that trembled.
 const shortest = 3;
@@ -70,7 +71,7 @@ export class Measuring {
       const before = this.#follows ? measure.points.slice(0, -1) : measure.points;
       this.#follows = false;
       measure.points = [...before, place];
-      this.#drag = { measure, handle: before.length, before, isNew: true };
+      this.#drag = { measure, handle: isRegion(measure) ? 2 : before.length, before, isNew: true };
       return this.#onChange();
     }
     this.#dropUnfinished();
@@ -82,7 +83,7 @@ export class Measuring {
       return this.#onChange();
     }
     const measure = this.#begin(view, this.#placeAt(view, point));
-    this.#drag = { measure, handle: 1, before: [], isNew: true, from: point };
+    this.#drag = { measure, handle: isRegion(measure) ? 2 : 1, before: [], isNew: true };
     this.#onChange();
   }
 
@@ -91,7 +92,10 @@ export class Measuring {
     const { measure, handle, before, from } = this.#drag;
     const place = this.#placeAt(view, point);
     if (handle === undefined) this.#shift(measure, before, place.map((p, axis) => p - from[axis]));
-    else measure.points = moved(measure, handle, place);
+    else if (isRegion(measure)) {
+      measure.points = withCorner(measure, handle, place);
+      this.#drag.handle = 0;
+    } else measure.points = moved(measure, handle, place);
     this.#onChange();
   }
 
@@ -149,6 +153,7 @@ export class Measuring {
     const before = this.#follows ? measure.points.slice(0, -1) : measure.points;
     if (before.at(-1).every((p, axis) => p === place[axis])) return;
     measure.points = [...before, place];
+    if (isRegion(measure)) measure.points = aroundSamples(measure);
     this.#follows = !isFinished(measure);
     if (this.#follows) measure.points = [...measure.points, [...place]];
     else this.#unfinished = undefined;
@@ -203,4 +208,14 @@ export class Measuring {
 /** The points of a measure whose handle is at another place. */
 function moved({ points }, handle, place) {
   return points.map((point, i) => (i === handle ? place : point));
+}
+
+/** Corners at the middles of samples, moved out so that the samples are in the region as a whole. */
+function aroundSamples({ normal, points: [a, b] }) {
+  const outward = (n, from, axis, isFirst) => {
+    if (axis === normal) return n;
+    const isLower = n < from || (n === from && isFirst);
+    return n + (isLower ? -0.5 : 0.5);
+  };
+  return [a.map((n, axis) => outward(n, b[axis], axis, true)), b.map((n, axis) => outward(n, a[axis], axis, false))];
 }

@@ -9,6 +9,7 @@ import { Measuring } from "./measuring.js";
 import { placesOf } from "./places.js";
 import { Presets } from "./presets.js";
 import { readoutRows } from "./readout.js";
+import { RegionReader } from "./region_reader.js";
 import { Shades } from "./shades.js";
 import { SliceView } from "./slice_view.js";
 import { Tiles } from "./tiles.js";
@@ -78,6 +79,11 @@ const materialsPanel = new MaterialsPanel(
   },
 );
 const measuring = new Measuring(state, () => {
+  regionReader.update();
+  measuresPanel.update();
+  draw();
+});
+const regionReader = new RegionReader(state, (region) => measuring.isDone(region), () => {
   measuresPanel.update();
   draw();
 });
@@ -424,7 +430,9 @@ function show(volume, before) {
   element("metadata").textContent = volume.metadata;
   spaceView.reset();
   // Volumes of a file lie at one place.
+  regionReader.reset();
   if (!before) measuring.reset();
+  regionReader.update();
   measuresPanel.update();
   materialsPanel.apply();
 }
@@ -528,7 +536,7 @@ new ResizeObserver(() => {
   update();
 }).observe(element("views"));
 
-globalThis.tagridViewer = { state, sliceViews, spaceView, materialsPanel, actions, times };
+globalThis.tagridViewer = { state, sliceViews, spaceView, materialsPanel, regionReader, actions, times };
 showTab(isSmall.matches ? "axial" : "all");
 const given = new URLSearchParams(location.search);
 const [source, materials, labels, labelVolume] = ["src", "materials", "labels", "label-volume"].map((key) => given.get(key));
