@@ -427,3 +427,119 @@ test("a region counts what is no number apart, and keys put whole samples into i
   assert.deepEqual(other.errors, []);
   await other.close();
 });
+
+const readoutOf = (page) =>
+  page.evaluate(`Object.fromEntries([...document.querySelectorAll("#readout dt")].map((e) => [e.textContent, e.nextSibling.textContent]))`);
+/** The notes below the title of a view. */
+const notesOf = (page, view) =>
+  page.evaluate(`(() => { const view = tagridViewer.sliceViews[${view}], context = view.canvas.getContext("2d"), texts = [];
+    context.fillText = (text) => texts.push(text);
+    view.draw();
+    delete context.fillText;
+    return texts; })()`);
+
+test("slabs are the mean, the maximum and the minimum of the slices within their thickness", async () => {
+  const dims = [80, 74, 70];
+  const sampleOf = (x, y, z) => ((x * 7919 + y * 104729 + z * 1299709) % 1000) - 300;
+  const steps = [0.5, 0.5, 2];
+  const file = write("slab", dims, Int16Array, sampleOf, [
+    `spacings: ${steps.join(" ")}`,
+    'units: "mm" "mm" "mm"',
+    "rescale_slope:=2",
+    "rescale_intercept:=10",
+    "rescale_units:=HU",
+  ]);
+  const page = await open(file);
+  await page.evaluate("tagridViewer.actions.window(-600, 1400)");
+  const position = [66, 37, 33];
+  const reduce = {
+    mean: (values) => values.reduce((sum, value) => sum + value, 0) / values.length,
+    maximum: (values) => Math.max(...values),
+    minimum: (values) => Math.min(...values),
+  };
+  /** The values along an axis through a place that a slab of so many slices has. */
+  const valuesOf = (place, axis, count, at = position[axis]) => {
+    const begin = at - Math.floor((count - 1) / 2);
+    const values = [];
+    for (let i = Math.max(begin, 0); i < Math.min(begin + count, dims[axis]); ++i)
+      values.push(2 * sampleOf(...place.map((p, other) => (other === axis ? i : p))) + 10);
+    return values;
+  };
+  await page.evaluate(`tagridViewer.actions.moveTo(${JSON.stringify(position)})`);
+  await page.evaluate("tagridViewer.actions.zoom(tagridViewer.sliceViews[0], 1.6)");
+  await choose(page, "slab-thickness", "10");
+  const check = async (kind, counts) => {
+    await page.until(isDone);
+    await frame(page);
+    for (const [view, axis] of [2, 1, 0].entries())
+      for (const [a, b] of [[62, 30], [63, 65], [70, 44], [58, 66]]) {
+        const place = [a, b];
+        place.splice(axis, 0, position[axis]);
+        if (place.some((p, i) => p >= dims[i] || (i !== axis && Math.abs(p - position[i]) < 3))) continue;
+        const point = await pointOf(page, view, place);
+        const isVisible = await page.evaluate(`tagridViewer.sliceViews[${view}].canvas === document.elementFromPoint(${point})`);
+        if (!isVisible) continue;
+        const expected = reduce[kind](valuesOf(place, axis, counts[axis]));
+        const [grey] = await pixelOf(page, view, place);
+        assert.equal(grey, Math.max(0, Math.min(255, Math.round(((expected + 600) * 255) / 2000))), `${kind} ${view} ${place}`);
+        await page.move(...point);
+        const shown = await readoutOf(page);
+        const [value, unit] = shown[`${kind} of ${counts[axis]} slices`].split(" ");
+        assert.ok(Math.abs(Number(value) - expected) < 1e-6 && unit === "HU", `${JSON.stringify(shown)} ${expected}`);
+        assert.equal(shown.value, undefined);
+        ++checked;
+      }
+  };
+  let checked = 0;
+  for (const kind of ["mean", "maximum", "minimum"]) {
+    await page.key("s");
+    // 10 mm are 5 slices of 2 mm, and 20 of 0.5 mm; across two bricks along x and y.
+    await check(kind, [20, 20, 5]);
+  }
+  assert.ok(checked > 20, `${checked}`);
+  assert.ok((await notesOf(page, 0)).some((text) => text.startsWith("minimum of 5 slices (32 to 36, 10.0 mm)")), `${await notesOf(page, 0)}`);
+  await picture(page, "slab");
+  // By slices, and thicker by keys: of the view with the focus, here axial.
+  await choose(page, "slab-unit", "slices");
+  await page.evaluate("tagridViewer.sliceViews[0].canvas.focus()");
+  await page.key(".");
+  await page.key(".");
+  await page.key(",");
+  await check("minimum", [11, 11, 11]);
+  // At the end of the volume, there are fewer.
+  await page.evaluate("tagridViewer.actions.moveTo([66, 37, 68])");
+  await page.until(isDone);
+  assert.ok((await notesOf(page, 0)).some((text) => text.startsWith("minimum of 7 slices (64 to 70, 14.0 mm)")));
+  await page.move(...(await pointOf(page, 0, [60, 30, 68])));
+  assert.equal((await readoutOf(page))["minimum of 7 slices"], `${Math.min(...valuesOf([60, 30, 68], 2, 11, 68))} HU`);
+  // Regions still measure the slice, and the window of Auto is of the slab.
+  await page.evaluate("tagridViewer.actions.measuring.add([{ kind: 'rectangle', normal: 2, slice: 68, points: [[2, 2, 68.5], [9, 9, 68.5]] }])");
+  await page.until(isRead(0));
+  const { statistics } = (await measures(page))[0];
+  const { mean } = expectedOf((await measures(page))[0], dims, (place) => 2 * sampleOf(...place) + 10);
+  assert.ok(Math.abs(statistics.mean - mean) < 1e-9);
+  await page.key("s");
+  await page.until(isDone);
+  await page.move(...(await pointOf(page, 0, [60, 30, 68])));
+  assert.equal((await readoutOf(page)).value, `${2 * sampleOf(60, 30, 68) + 10} HU`);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+  // What is no number does not count; where slices have slopes of their own, there is no slab.
+  const holes = await open(write("slab-holes", [16, 14, 12], Float32Array, (x, y, z) => (z === 5 || x === 3 ? NaN : z)));
+  await choose(holes, "slab-kind", "mean");
+  await choose(holes, "slab-thickness", "4");
+  await holes.evaluate("tagridViewer.actions.moveTo([10, 7, 5])");
+  await holes.until(isDone);
+  await holes.move(...(await pointOf(holes, 0, [8, 6, 5])));
+  assert.equal((await readoutOf(holes))["mean of 4 slices"].trim(), String(Number(((4 + 6 + 7) / 3).toPrecision(9))));
+  await holes.move(...(await pointOf(holes, 0, [3, 6, 5])));
+  assert.equal((await readoutOf(holes))["mean of 4 slices"].trim(), "NaN");
+  assert.equal(await holes.evaluate(`document.getElementById("slab-length").hidden`), true);
+  write("steep", [12, 10, 4], Int16Array, (x) => x, ["slice_slopes:=1 2 3 4", "slice_intercepts:=0 0 0 0"]);
+  await holes.choose("#file", [join(folder, "steep.tag")]);
+  await holes.until(`tagridViewer.state.name === "steep.tag" && ${isDone}`);
+  assert.match(await textOf(holes, "slab-note"), /each slice has its own slope/);
+  assert.ok(!(await notesOf(holes, 0)).some((text) => /mean of/.test(text)));
+  assert.deepEqual(holes.errors, []);
+  await holes.close();
+});

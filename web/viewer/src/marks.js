@@ -1,6 +1,7 @@
 // What is drawn over a slice: cross hair, title, scale bar, the sides of the patient, and what could not be read.
 import { lossText } from "./describe.js";
 import { drawMeasures } from "./measure_marks.js";
+import { slabText } from "./slab.js";
 
 const axisNames = ["x", "y", "z"];
 const ink = "#f4f4f4";
@@ -42,6 +43,8 @@ function titlesOf(view, { position, volume, places, scale }) {
   const title = `${view.title}  slice ${index + 1} of ${volume.dims[normal]} (${axisNames[normal]} = ${index})`;
   const factor = view.shown === undefined ? 1 : volume.levels[view.shown].factor;
   const notes = [];
+  const { slab } = view;
+  if (slab) notes.push(slabText(slab, normal, places));
   if (factor > 1) notes.push(`overview 1:${factor}`);
   if (!view.isSettled) notes.push(view.shown === undefined ? "reading" : "reading finer samples");
   if (!view.sides) notes.push("directions unknown");

@@ -11,6 +11,7 @@ import { Presets } from "./presets.js";
 import { readoutRows } from "./readout.js";
 import { RegionReader } from "./region_reader.js";
 import { Shades } from "./shades.js";
+import { SlabPanel } from "./slab_panel.js";
 import { SliceView } from "./slice_view.js";
 import { Tiles } from "./tiles.js";
 import { SpaceView } from "./space_view.js";
@@ -41,6 +42,8 @@ const state = {
   // See measures.js.
   measures: [],
   chosenMeasure: undefined,
+  // See slab.js; the thickness is a length, or a number of slices.
+  slab: { kind: "none", thickness: 5, isInSlices: false },
 };
 
 const sliceViews = ["axial", "coronal", "sagittal"].map((name) => {
@@ -99,6 +102,10 @@ const measuresPanel = new MeasuresPanel(state, {
     measuring.step(measure, i === 0 ? view.across : view.down, count * view.signs[i]);
   },
   remove: (measure) => measuring.remove(measure),
+});
+const slabPanel = new SlabPanel(state, () => {
+  for (const view of sliceViews) view.changed();
+  update();
 });
 let file;
 // Milliseconds.
@@ -159,6 +166,8 @@ function gridNote() {
 function labelNote() {
   const states = sliceViews.map((view) => view.labelState);
   if (states.includes("reading")) return "Reading labels …";
+  if (state.labels && state.showsColors && sliceViews.some((view) => view.isShown && view.slab))
+    return "Labels are not drawn over slabs.";
   return states.includes("far") ? "Zoom in to see the labels: those of overviews would be means." : "";
 }
 
@@ -267,6 +276,8 @@ const actions = {
     update();
   },
   preset: (count) => presets.step(count),
+  slab: () => slabPanel.step(),
+  thicken: (view, count) => slabPanel.thicken(count, view.normal),
   /** What a drag changes, and a way back: the first finger of a pinch may have moved. */
   remember: () => ({
     position: state.position,
@@ -315,10 +326,7 @@ const actions = {
 /** The samples of the slices of the coarsest overview that are there. */
 function coarsestSlices() {
   const level = state.volume.levels.length - 1;
-  const { factor } = state.volume.levels[level];
-  return sliceViews.flatMap(({ normal }) =>
-    state.tiles.ofSlice(level, normal, Math.floor(state.position[normal] / factor)),
-  );
+  return sliceViews.flatMap((view) => state.tiles.ofSlice(level, view.normal, view.sliceAt(level)));
 }
 
 // ---- Readout -------------------------------------------------------------------------------------------------------
@@ -332,8 +340,8 @@ function showReadout() {
     const [across, down] = view.placeAt(pointed.x, pointed.y).map(Math.floor);
     [place[view.across], place[view.down]] = [across, down];
   }
-  const { normal } = pointed?.view ?? sliceViews.find((view) => view.isShown) ?? sliceViews[0];
-  fillList(element("readout"), readoutRows(state, place, normal));
+  const view = pointed?.view ?? sliceViews.find((one) => one.isShown) ?? sliceViews[0];
+  fillList(element("readout"), readoutRows(state, place, view));
 }
 
 // ---- Files ---------------------------------------------------------------------------------------------------------
@@ -430,6 +438,7 @@ function show(volume, before) {
   element("metadata").textContent = volume.metadata;
   spaceView.reset();
   // Volumes of a file lie at one place.
+  slabPanel.update();
   regionReader.reset();
   if (!before) measuring.reset();
   regionReader.update();
