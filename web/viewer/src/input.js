@@ -119,6 +119,7 @@ export function handleKeys(state, actions, activeView) {
       a: () => actions.autoWindow(),
       w: () => actions.preset(event.shiftKey ? -1 : 1),
       s: () => actions.slab(),
+      d: () => actions.compare(),
       ",": () => actions.thicken(view, -1),
       ".": () => actions.thicken(view, 1),
       g: () => actions.grid(),

@@ -29,10 +29,14 @@ export function drawMarks(context, view, state) {
   drawSides(view, write, width, height);
   const loss = lossText(state.volume, state.scale);
   if (loss) write(loss, 9, height - 28, "left", "12px");
+  if (view.isCompared) write(endOf(state.name), 9, height - (loss ? 44 : 28), "left", "bold 12px");
   // The axes of samples, as they run.
   const arrows = [view.signs[0] > 0 ? "→" : "←", view.signs[1] > 0 ? "↓" : "↑"];
   write([view.across, view.down].map((axis, i) => axisNames[axis] + arrows[i]).join(" "), 9, height - 11, "left");
 }
+
+/** The end of a name that is long, which mostly tells more than its beginning. */
+const endOf = (name) => (name.length > 40 ? `…${name.slice(-39)}` : name);
 
 /**
  * A title and a line of notes. Slices are counted from 1, as people count, and by their index, as the program does.

@@ -93,7 +93,10 @@ function drawMeasure(context, view, state, measure) {
       context.fill();
       context.stroke();
     }
-  const text = `${measure.number}: ${resultText(measure, state) || "…"}`;
+  // Results are those of the first file.
+  const { first = state } = state;
+  const isOther = first !== state && isRegion(measure);
+  const text = isOther ? String(measure.number) : `${measure.number}: ${resultText(measure, first) || "…"}`;
   const rightmost = handles.reduce((most, at) => (at[0] > most[0] ? at : most));
   writeBeside(context, text, measure.kind === "angle" ? (handles[1] ?? rightmost) : rightmost, color, view.canvas);
   context.restore();

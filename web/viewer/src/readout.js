@@ -19,10 +19,10 @@ export function readoutRows(state, place, view) {
   }
   // A mean of slices with different slopes has no value.
   const meaning = !scale.note ? scale : found.factor === 1 ? scale.ofSlice?.(place[2]) : undefined;
-  const isMean = slab?.kind === "mean";
   if (meaning) {
-    const value = isMean
-      ? numberText(meaning.slope * found.sample + meaning.intercept, 9)
+    // Without the noise of sums and differences of doubles.
+    const value = slab?.kind === "mean" || state.isDifference
+      ? numberText(meaning.slope * found.sample + meaning.intercept, 12)
       : valueText(found.sample, volume.type, meaning);
     rows.push([name, `${value} ${scale.unit}`]);
   }

@@ -357,7 +357,7 @@ export class SliceView {
     if (!region) return;
     const { tiles, shades, volume, colors, showsColors } = this.#state;
     const { factor } = volume.levels[level];
-    const painted = this.#paint(`grey ${level}`, region, tiles, shades);
+    const painted = this.#paint(`grey ${level}`, region, tiles, shades.ofLevel?.(level) ?? shades);
     if (!painted) return;
     this.shown = level;
     // Samples of the volume are shown as what they are; those of an overview stand for others.

@@ -27,11 +27,13 @@ export class Tiles {
   #volume;
   #onTiles;
   #onError;
+  #like;
   keptBytes = 128 << 20;
 
-  /** `onTiles()` is called when tiles have arrived. */
-  constructor(volume, onTiles, onError) {
+  /** `onTiles()` is called when tiles have arrived. Tiles have the ranges of the bricks of the volume `like`. */
+  constructor(volume, onTiles, onError, like = volume) {
     this.#volume = volume;
+    this.#like = like;
     this.#onTiles = onTiles;
     this.#onError = onError;
   }
@@ -54,15 +56,15 @@ export class Tiles {
 
   /** The first sample of a tile along an axis, and its end: bricks begin one later where the volume has no lead. */
   range(level, axis, number) {
-    const { brickEdge, lead, levels } = this.#volume;
+    const { brickEdge, lead } = this.#like;
     const shift = lead ? 0 : 1;
     const begin = number === 0 ? 0 : number * brickEdge + shift;
-    return [begin, Math.min((number + 1) * brickEdge + shift, levels[level].dims[axis])];
+    return [begin, Math.min((number + 1) * brickEdge + shift, this.#volume.levels[level].dims[axis])];
   }
 
   /** The tile in which a sample lies. */
   number(sample) {
-    const { brickEdge, lead } = this.#volume;
+    const { brickEdge, lead } = this.#like;
     return Math.max(Math.floor((sample - (lead ? 0 : 1)) / brickEdge), 0);
   }
 
@@ -133,7 +135,7 @@ export class Tiles {
 
   #strips(region, missing) {
     const { level, columns, rows } = region;
-    const height = level > 0 ? Math.max(1, Math.floor(smallSlice / this.#volume.brickEdge)) : 1;
+    const height = level > 0 ? Math.max(1, Math.floor(smallSlice / this.#like.brickEdge)) : 1;
     const middle = (rows[0] + rows[1] - height) / 2;
     const strips = [];
     for (let row = rows[0]; row < rows[1]; row += height) {

@@ -1,5 +1,7 @@
 // The page: opens a file, and links the views.
 import { open } from "@tagrid/decoder";
+import { secondState } from "./comparison.js";
+import { ComparisonPanel } from "./comparison_panel.js";
 import { boundRows, factRows, fillList, scaleOf } from "./describe.js";
 import { DisplayWindow } from "./display_window.js";
 import { handleKeys, handlePointers } from "./input.js";
@@ -46,7 +48,8 @@ const state = {
   slab: { kind: "none", thickness: 5, isInSlices: false },
 };
 
-const sliceViews = ["axial", "coronal", "sagittal"].map((name) => {
+/** A view of slices in a section of the page, of the file that a state has. */
+function makeView(name, section, ofState) {
   const canvas = document.createElement("canvas");
   canvas.tabIndex = 0;
   canvas.setAttribute("role", "img");
@@ -57,17 +60,33 @@ const sliceViews = ["axial", "coronal", "sagittal"].map((name) => {
     position[view.normal] = slider.valueAsNumber;
     actions.moveTo(position);
   });
-  sections[name].append(canvas, slider);
+  section.append(canvas, slider);
   const onError = (error) => {
     failure = error.message;
     draw();
   };
-  const view = new SliceView(canvas, name, state, () => draw(), onError);
-  return Object.assign(view, { slider });
+  const view = new SliceView(canvas, name, ofState, () => draw(), onError);
+  return Object.assign(view, { slider, section });
+}
+const planeNames = ["axial", "coronal", "sagittal"];
+const sliceViews = planeNames.map((name) => makeView(name, sections[name], state));
+// Of a second file, or of its difference from the first: at the same places.
+const second = secondState(state);
+const secondViews = sliceViews.map((first) => {
+  const section = element("views").appendChild(document.createElement("section"));
+  section.hidden = true;
+  const view = makeView(first.name, section, second);
+  return Object.defineProperty(view, "center", {
+    get: () => first.center,
+    set: (center) => (first.center = center),
+  });
 });
+/** All views of slices that may be shown now. */
+const allViews = () => (second.volume ? [...sliceViews, ...secondViews] : sliceViews);
 const spaceView = new SpaceView(sections.space, state);
 const displayWindow = new DisplayWindow(state, () => {
   presets.update();
+  comparisonPanel.windowChanged();
   spaceView.windowChanged();
   draw();
 });
@@ -75,11 +94,23 @@ const presets = new Presets(state, coarsestSlices, (low, high) => displayWindow.
 const materialsPanel = new MaterialsPanel(
   state,
   (source) => open(source, { base: decoderBase }),
-  (volume) => tilesOf(volume, () => state.labels?.volume === volume),
+  (volume) => tilesOf(volume, () => state.labels?.volume === volume, volume),
   () => {
     spaceView.colorsChanged();
     update();
   },
+);
+const comparisonPanel = new ComparisonPanel(
+  state,
+  second,
+  secondViews,
+  (source) => open(source, { base: decoderBase }),
+  (volume, like) => tilesOf(volume, () => comparisonPanel.file?.volume === volume, like),
+  () => {
+    if (second.volume) for (const view of secondViews) resetView(view);
+    showTab(shownTab);
+  },
+  () => draw(),
 );
 const measuring = new Measuring(state, () => {
   regionReader.update();
@@ -104,7 +135,7 @@ const measuresPanel = new MeasuresPanel(state, {
   remove: (measure) => measuring.remove(measure),
 });
 const slabPanel = new SlabPanel(state, () => {
-  for (const view of sliceViews) view.changed();
+  for (const view of allViews()) view.changed();
   update();
 });
 let file;
@@ -128,14 +159,15 @@ function draw() {
     isDrawingPlanned = false;
     if (!state.volume) return;
     if (haveFirst()) displayWindow.chooseOnce(coarsestSlices());
-    for (const view of sliceViews) view.draw();
+    for (const view of allViews()) view.draw();
     materialsPanel.update();
+    comparisonPanel.update();
     noteTimes();
     if (!isFirstDrawn && haveFirst()) {
       isFirstDrawn = true;
       read();
     }
-    const isComplete = sliceViews.every((view) => !view.isShown || view.isSettled);
+    const isComplete = allViews().every((view) => !view.isShown || view.isSettled);
     showProgress(isComplete);
     // After the slices, which come first.
     if (isComplete) spaceView.update();
@@ -181,21 +213,37 @@ function read() {
   if (!state.volume) return;
   if (!haveFirst()) isFirstDrawn = false;
   // Looked at before the views look: a wait that ends between would be a read that nobody plans.
-  const waits = Math.max(...sliceViews.map((view) => view.waits));
+  const waits = Math.max(...allViews().map((view) => view.waits));
   const regions = sliceViews.flatMap((view, order) => view.regions(order, isFirstDrawn));
   const ofLabels = sliceViews.flatMap((view, order) => view.labelRegions(order));
   const isOneVolume = state.labels?.tiles === state.tiles;
-  state.tiles.want(isOneVolume ? [...regions, ...ofLabels] : regions);
+  if (isOneVolume) regions.push(...ofLabels);
+  regions.push(...readSecond());
+  state.tiles.want(regions);
   if (!isOneVolume) state.labels?.tiles.want(ofLabels);
   for (const view of sliceViews) view.wantGrid();
   if (waits > 0) timer = setTimeout(read, waits + 1);
+}
+
+/** Reads what the second views want, after what the others want; returns what they want of the first file. */
+function readSecond() {
+  if (!second.volume) return [];
+  const regions = secondViews.flatMap((view, order) => view.regions(order + 3, isFirstDrawn));
+  const { tiles } = comparisonPanel.file;
+  if (!second.isDifference) {
+    tiles.want(regions);
+    return [];
+  }
+  const ofBoth = regions.map((region) => second.tiles.regionsOf(region));
+  tiles.want(ofBoth.map(([, ofSecond]) => ofSecond));
+  return ofBoth.map(([ofFirst]) => ofFirst);
 }
 
 /** After any change of what is shown. */
 function update() {
   if (!state.volume) return;
   if (state.isFitted) fit();
-  for (const { slider, normal } of sliceViews) {
+  for (const { slider, normal } of [...sliceViews, ...secondViews]) {
     slider.max = state.volume.dims[normal] - 1;
     slider.value = state.position[normal];
     slider.setAttribute("aria-valuetext", `slice ${state.position[normal] + 1} of ${state.volume.dims[normal]}`);
@@ -222,7 +270,7 @@ const actions = {
   moveTo(position) {
     const { dims } = state.volume;
     const within = position.map((p, axis) => Math.min(Math.max(Math.floor(p), 0), dims[axis] - 1));
-    for (const view of sliceViews) if (within[view.normal] !== state.position[view.normal]) view.changed();
+    for (const view of allViews()) if (within[view.normal] !== state.position[view.normal]) view.changed();
     state.position = within;
     measuring.follow();
     // Follows the cross hair where it leaves the canvas.
@@ -247,7 +295,7 @@ const actions = {
     const most = 100 / Math.min(...state.steps);
     const cross = (other) =>
       other.pointOf([other.across, other.down].map((axis) => Math.min(state.position[axis] + 0.5, dims[axis])));
-    const others = sliceViews.filter((other) => other !== view).map((other) => [other, cross(other)]);
+    const others = sliceViews.filter((other) => other.normal !== view.normal).map((other) => [other, cross(other)]);
     view.zoomAround(x, y, () => {
       state.zoom = Math.min(Math.max(state.zoom * factor, Math.min(least, most)), most);
     });
@@ -276,6 +324,7 @@ const actions = {
     update();
   },
   preset: (count) => presets.step(count),
+  compare: () => comparisonPanel.toggle(),
   slab: () => slabPanel.step(),
   thicken: (view, count) => slabPanel.thicken(count, view.normal),
   /** What a drag changes, and a way back: the first finger of a pinch may have moved. */
@@ -298,7 +347,7 @@ const actions = {
   },
   fit() {
     state.isFitted = true;
-    for (const view of sliceViews) view.changed();
+    for (const view of allViews()) view.changed();
     update();
   },
   colors: () => materialsPanel.toggle(),
@@ -341,7 +390,16 @@ function showReadout() {
     [place[view.across], place[view.down]] = [across, down];
   }
   const view = pointed?.view ?? sliceViews.find((one) => one.isShown) ?? sliceViews[0];
-  fillList(element("readout"), readoutRows(state, place, view));
+  const alike = (views) => views.find(({ name }) => name === view.name);
+  fillList(element("readout"), [...readoutRows(state, place, alike(sliceViews)), ...secondRows(place, alike(secondViews))]);
+}
+
+/** What the second views show there. */
+function secondRows(place, view) {
+  if (!second.volume) return [];
+  return readoutRows(second, place, view)
+    .filter(([name]) => !/^(sample|position)/.test(name))
+    .map(([name, text]) => (second.isDifference && name === "value" ? ["difference", text] : [name && `second: ${name}`, text]));
 }
 
 // ---- Files ---------------------------------------------------------------------------------------------------------
@@ -396,12 +454,13 @@ function retryLater(volume) {
     failure = undefined;
     state.tiles.retry();
     state.labels?.tiles.retry();
+    comparisonPanel.file?.tiles.retry();
     update();
   }, retryAfter);
 }
 
 /** The tiles of a volume, whose errors are told while it is shown. */
-function tilesOf(volume, isShown) {
+function tilesOf(volume, isShown, like = volume) {
   return new Tiles(
     volume,
     () => update(),
@@ -410,12 +469,27 @@ function tilesOf(volume, isShown) {
       failure = error.message;
       if (error.code === "io-error") retryLater(state.volume);
     },
+    like,
   );
+}
+
+/** Another volume is shown in a view. */
+function resetView(view) {
+  const { center } = view;
+  view.reset();
+  // A second view has the place of the first.
+  const isSecond = secondViews.includes(view);
+  if (isSecond) view.center = center;
+  const of = isSecond ? `, ${second.name}` : "";
+  view.canvas.setAttribute("aria-label", `${view.title} slice${of}`);
+  view.slider.setAttribute("aria-label", `number of the ${view.title} slice${of}`);
 }
 
 /** Shows a volume. One of the same file as the one before keeps its place, and the window `before`. */
 function show(volume, before) {
   state.tiles?.close();
+  // Until it is known whether it can be compared with this one.
+  second.volume = undefined;
   failure = undefined;
   state.volume = volume;
   state.tiles = tilesOf(volume, () => state.volume === volume);
@@ -428,9 +502,7 @@ function show(volume, before) {
   presets.reset();
   displayWindow.start(before);
   for (const view of sliceViews) {
-    view.reset();
-    view.canvas.setAttribute("aria-label", `${view.title} slice`);
-    view.slider.setAttribute("aria-label", `number of the ${view.title} slice`);
+    resetView(view);
     document.querySelector(`[data-tab=${view.name}]`).textContent = view.label;
   }
   fillList(element("bounds"), boundRows(volume, state.scale));
@@ -444,6 +516,7 @@ function show(volume, before) {
   regionReader.update();
   measuresPanel.update();
   materialsPanel.apply();
+  comparisonPanel.apply();
 }
 
 element("volume").addEventListener("change", async ({ target }) => {
@@ -512,17 +585,30 @@ function nameIn({ pathname, host }) {
   }
 }
 
+function nameOf(text) {
+  try {
+    return nameIn(addressOf(text));
+  } catch {
+    return text;
+  }
+}
+
 // ---- Controls ------------------------------------------------------------------------------------------------------
 
 let shownTab;
 const isSmall = matchMedia("(max-width: 720px), (max-height: 480px)");
 function showTab(name) {
   shownTab = name;
+  const isCompared = Boolean(second.volume) && name !== "space";
   element("views").classList.toggle("single", name !== "all");
+  element("views").classList.toggle("compared", isCompared);
   for (const [view, section] of Object.entries(sections)) section.hidden = name !== "all" && name !== view;
+  if (isCompared) sections.space.hidden = true;
+  for (const view of [...sliceViews, ...secondViews]) view.isCompared = isCompared;
+  for (const view of secondViews) view.section.hidden = !isCompared || (name !== "all" && name !== view.name);
   for (const button of document.querySelectorAll("[data-tab]"))
     button.setAttribute("aria-pressed", String(button.dataset.tab === name));
-  for (const view of sliceViews) view.changed();
+  for (const view of allViews()) view.changed();
   update();
 }
 for (const button of document.querySelectorAll("[data-tab]"))
@@ -530,7 +616,7 @@ for (const button of document.querySelectorAll("[data-tab]"))
 for (const button of document.querySelectorAll("[data-tool]"))
   button.addEventListener("click", () => actions.tool(button.dataset.tool));
 const activeView = () =>
-  sliceViews.find((view) => view.canvas === document.activeElement) ??
+  allViews().find((view) => view.canvas === document.activeElement) ??
   sliceViews.find((view) => view.isShown) ??
   sliceViews[0];
 element("auto").addEventListener("click", () => state.volume && actions.autoWindow());
@@ -538,19 +624,25 @@ element("grid").addEventListener("click", () => state.volume && actions.grid());
 element("fit").addEventListener("click", () => state.volume && actions.fit());
 element("zoom-in").addEventListener("click", () => state.volume && actions.zoom(activeView(), 1.5));
 element("zoom-out").addEventListener("click", () => state.volume && actions.zoom(activeView(), 1 / 1.5));
-for (const view of sliceViews) handlePointers(view, state, actions);
+for (const view of [...sliceViews, ...secondViews]) handlePointers(view, state, actions);
 handleKeys(state, actions, activeView);
 new ResizeObserver(() => {
-  for (const view of sliceViews) view.changed();
+  for (const view of allViews()) view.changed();
   update();
 }).observe(element("views"));
 
-globalThis.tagridViewer = { state, sliceViews, spaceView, materialsPanel, regionReader, actions, times };
+globalThis.tagridViewer = {
+  state, second, sliceViews, secondViews, spaceView, materialsPanel, comparisonPanel, regionReader, actions, times,
+};
 showTab(isSmall.matches ? "axial" : "all");
 const given = new URLSearchParams(location.search);
-const [source, materials, labels, labelVolume] = ["src", "materials", "labels", "label-volume"].map((key) => given.get(key));
+const [source, materials, labels, labelVolume, compared, compareBy] = [
+  "src", "materials", "labels", "label-volume", "compare", "compare-by",
+].map((key) => given.get(key));
 if (source) {
   element("welcome").hidden = false;
   openAddress(source);
 }
 materialsPanel.start({ materials, labels, labelVolume }, addressOf);
+if (compared !== null)
+  comparisonPanel.open(() => addressOf(compared), nameOf(compared), compareBy === "difference" ? "difference" : "beside");
