@@ -15,7 +15,10 @@ export class ComparisonPanel {
   #onChange;
   #draw;
   #file; // { name, volume, tiles }; without a volume while it is opened, or with an `error`
+  // The ends of the colors are chosen once, or given by the user.
   #isEndChosen = false;
+  #isEndGiven = false;
+  #given;
 
   /**
    * `state` is what the views share, `second` what `views` show; see comparison.js. `open(source)` opens a file,
@@ -37,10 +40,7 @@ export class ComparisonPanel {
     });
     element("compare-by").addEventListener("change", () => this.apply());
     element("compare-end").addEventListener("input", ({ target }) => {
-      if (!(target.valueAsNumber > 0) || !second.isDifference) return;
-      this.#isEndChosen = true;
-      second.shades.setEnd(target.valueAsNumber);
-      draw();
+      if (target.valueAsNumber > 0 && second.isDifference) this.setEnd(target.valueAsNumber);
     });
     element("compare-close").addEventListener("click", () => this.close());
   }
@@ -55,10 +55,33 @@ export class ComparisonPanel {
     return this.#second.volume && this.#file;
   }
 
-  /** Opens a second file, at what `source()` returns; of several, the one that was chosen last is shown. */
-  async open(source, name, kind = element("compare-by").value) {
+  /** What an address has of it: { address, kind }; nothing if it is on this machine. */
+  get link() {
+    return this.#file?.address === undefined ? undefined : { address: this.#file.address, kind: element("compare-by").value };
+  }
+
+  /** The ends of the colors, if the user has changed them. */
+  get end() {
+    return this.#second.isDifference && this.#isEndGiven ? this.#second.shades.end : undefined;
+  }
+
+  /** Of differences, now or as soon as they are shown. */
+  setEnd(end) {
+    this.#isEndGiven = this.#isEndChosen = true;
+    this.#given = end;
+    if (!this.#second.isDifference) return;
+    this.#second.shades.setEnd(end);
+    if (document.activeElement !== element("compare-end")) element("compare-end").value = numberText(end, 9);
+    this.#draw();
+  }
+
+  /**
+   * Opens a second file, at what `source()` returns, which may have an `address`; of several, the one that was chosen last is
+   * shown.
+   */
+  async open(source, name, kind = element("compare-by").value, address = undefined) {
     this.#closeFile();
-    const file = { name };
+    const file = { name, address };
     this.#file = file;
     element("compare-by").value = kind;
     this.apply();
@@ -78,6 +101,7 @@ export class ComparisonPanel {
   }
 
   #closeFile() {
+    this.#isEndGiven = false;
     this.#file?.tiles?.close();
     this.#file?.volume?.close();
     this.#file = undefined;
@@ -102,6 +126,7 @@ export class ComparisonPanel {
     } catch (error) {
       this.#say(error.message, true);
     }
+    if (second.isDifference && this.#isEndGiven) this.setEnd(this.#given);
     element("compare-use").hidden = !file;
     element("compare-difference").hidden = !second.isDifference;
     this.#onChange();

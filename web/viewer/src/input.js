@@ -136,6 +136,7 @@ export function handleKeys(state, actions, activeView) {
       Backspace: () => actions.measuring.remove(),
       Escape: () => actions.measuring.leave(),
       m: () => actions.one(view.name),
+      p: () => actions.picture(),
     }[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (!work) return;
     event.preventDefault();

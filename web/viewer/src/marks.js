@@ -21,7 +21,7 @@ export function drawMarks(context, view, state) {
     context.fillStyle = color;
     context.fillText(text, x, y);
   };
-  const [title, notes] = titlesOf(view, state);
+  const [title, notes] = titleOf(view, state);
   write(title, 9, 19, "left");
   // Below the slider.
   if (notes) write(notes, 9, view.slider.offsetTop + view.slider.offsetHeight + 15, "left", "13px", "#f2b134");
@@ -41,7 +41,7 @@ const endOf = (name) => (name.length > 40 ? `…${name.slice(-39)}` : name);
 /**
  * A title and a line of notes. Slices are counted from 1, as people count, and by their index, as the program does.
  */
-function titlesOf(view, { position, volume, places, scale }) {
+export function titleOf(view, { position, volume, places, scale }) {
   const { normal } = view;
   const index = position[normal];
   const title = `${view.title}  slice ${index + 1} of ${volume.dims[normal]} (${axisNames[normal]} = ${index})`;

@@ -33,7 +33,7 @@ export class MeasuresPanel {
       if (!this.#rows.has(measure)) this.#rows.set(measure, this.#row(measure));
       const row = this.#rows.get(measure);
       const { button, note } = row;
-      button.textContent = this.#titleOf(measure);
+      button.textContent = this.titleOf(measure);
       button.setAttribute("aria-pressed", String(measure === chosenMeasure));
       note.textContent = noteOf(measure, this.#state);
       note.hidden = note.textContent === "";
@@ -80,7 +80,8 @@ export class MeasuresPanel {
     return isSample ? sampleText(value, volume.type) : numberText(value);
   }
 
-  #titleOf(measure) {
+  /** What a measure is and says. */
+  titleOf(measure) {
     const { number, kind, normal, slice } = measure;
     const place = `${"xyz"[normal]} = ${slice}`;
     return `${number}: ${kind} ${resultText(measure, this.#state) || "…"} (${place})`;

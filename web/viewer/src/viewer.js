@@ -5,9 +5,11 @@ import { ComparisonPanel } from "./comparison_panel.js";
 import { boundRows, factRows, fillList, scaleOf } from "./describe.js";
 import { DisplayWindow } from "./display_window.js";
 import { handleKeys, handlePointers } from "./input.js";
+import { linkOf, shownBy } from "./link.js";
 import { MaterialsPanel } from "./materials_panel.js";
 import { MeasuresPanel } from "./measures_panel.js";
 import { Measuring } from "./measuring.js";
+import { captionOf, composed, save } from "./picture_file.js";
 import { placesOf } from "./places.js";
 import { Presets } from "./presets.js";
 import { readoutRows } from "./readout.js";
@@ -87,6 +89,7 @@ const spaceView = new SpaceView(sections.space, state);
 const displayWindow = new DisplayWindow(state, () => {
   presets.update();
   comparisonPanel.windowChanged();
+  keepLink();
   spaceView.windowChanged();
   draw();
 });
@@ -116,6 +119,7 @@ const measuring = new Measuring(state, () => {
   regionReader.update();
   measuresPanel.update();
   draw();
+  keepLink();
 });
 const regionReader = new RegionReader(state, (region) => measuring.isDone(region), () => {
   measuresPanel.update();
@@ -251,6 +255,7 @@ function update() {
   draw();
   read();
   showReadout();
+  keepLink();
 }
 
 function fit() {
@@ -323,10 +328,16 @@ const actions = {
     displayWindow.choose(coarsestSlices());
     update();
   },
-  preset: (count) => presets.step(count),
+  preset(count) {
+    presets.step(count);
+  },
   compare: () => comparisonPanel.toggle(),
-  slab: () => slabPanel.step(),
-  thicken: (view, count) => slabPanel.thicken(count, view.normal),
+  slab() {
+    slabPanel.step();
+  },
+  thicken(view, count) {
+    slabPanel.thicken(count, view.normal);
+  },
   /** What a drag changes, and a way back: the first finger of a pinch may have moved. */
   remember: () => ({
     position: state.position,
@@ -355,6 +366,22 @@ const actions = {
     state.showsGrid = !state.showsGrid;
     element("grid").setAttribute("aria-pressed", String(state.showsGrid));
     update();
+  },
+  /** Saves a picture of the view that has the focus, and of what it is compared with. */
+  async picture() {
+    try {
+      if (shownTab === "space") {
+        const lines = [state.name, "in 3D, with a precision of 11 bits: not for measuring"];
+        return await save(composed([{ canvas: spaceView.canvas, lines }]), `${state.name}-3D`);
+      }
+      const { name } = activeView();
+      const views = allViews().filter((view) => view.name === name);
+      for (const view of views) view.draw();
+      const pictures = views.map((view, i) => ({ canvas: view.canvas, lines: captionOf(view, i === 0 ? state : second) }));
+      await save(composed(pictures), `${state.name}-${views[0].label}-${state.position[views[0].normal] + 1}`);
+    } catch (error) {
+      say(`The picture could not be saved: ${error.message}`, true);
+    }
   },
   measuring,
   tool(name) {
@@ -404,9 +431,11 @@ function secondRows(place, view) {
 
 // ---- Files ---------------------------------------------------------------------------------------------------------
 
+// What was opened: an address as it was given, or nothing for a file of this machine.
+let address;
 let opening;
 let shownVolume; // its number, as the list of volumes has it
-async function openFile(source, name, options = {}) {
+async function openFile(source, name, from, shown = {}) {
   opening?.abort();
   const controller = new AbortController();
   opening = controller;
@@ -416,13 +445,17 @@ async function openFile(source, name, options = {}) {
   say(`Opening ${name} …`);
   try {
     const opened = await open(source, {
-      ...options,
       base: decoderBase,
       signal: controller.signal,
     });
     if (controller.signal.aborted) return opened.close();
+    // A link may be to another volume than the first one.
+    const number = shown.volume < opened.volumes ? shown.volume : 0;
+    const volume = number === 0 ? opened : await opened.volume(number);
+    if (controller.signal.aborted) return opened.close();
     file?.close();
     file = opened;
+    address = from;
     times.open = performance.now();
     element("welcome").hidden = true;
     element("name").textContent = name;
@@ -435,9 +468,10 @@ async function openFile(source, name, options = {}) {
         (_, i) => new Option(`${i + 1} of ${file.volumes} (number ${i})`, String(i)),
       ),
     );
-    shownVolume = "0";
+    shownVolume = element("volume").value = String(number);
     state.name = name;
-    show(file);
+    show(volume);
+    showLink(shown);
   } catch (error) {
     if (controller.signal.aborted) return;
     const text = `${name}: ${error.message}`;
@@ -554,10 +588,10 @@ addEventListener("drop", (event) => {
   if (dropped) openFile(dropped, dropped.name);
 });
 
-function openAddress(text) {
+function openAddress(text, shown) {
   try {
     const url = addressOf(text);
-    openFile(url, nameIn(url));
+    openFile(url, nameIn(url), text, shown);
   } catch (error) {
     element("failure").textContent = error.message;
   }
@@ -593,6 +627,71 @@ function nameOf(text) {
   }
 }
 
+// ---- Links ---------------------------------------------------------------------------------------------------------
+
+/** Shows what a link says of the file that is open; see link.js. */
+function showLink(shown) {
+  const { position, window, zoom, centers, view, slab, measures, showsGrid, end } = shown;
+  const { dims } = state.volume;
+  if (view) showTab(view);
+  if (slab) slabPanel.set(slab);
+  if (showsGrid && !state.showsGrid) actions.grid();
+  if (end) comparisonPanel.setEnd(end);
+  if (measures) {
+    const isWithin = ({ normal, slice, points }) =>
+      slice < dims[normal] && points.every((point) => point.every((p, axis) => p >= 0 && p <= dims[axis]));
+    measuring.reset();
+    measuring.add(measures.filter(isWithin));
+  }
+  if (position) actions.moveTo(position);
+  if (zoom && centers) {
+    state.isFitted = false;
+    state.zoom = zoom;
+    for (const [i, one] of sliceViews.entries()) {
+      one.center = centers[i];
+      one.pan(0, 0);
+    }
+  }
+  if (window) displayWindow.set(...window);
+  update();
+}
+
+// Milliseconds: browsers allow an address to change some times a second.
+const linkPause = 300;
+let linkTimer;
+/** Keeps the address of the page a link to what is shown. */
+function keepLink() {
+  clearTimeout(linkTimer);
+  linkTimer = setTimeout(() => {
+    if (!state.volume) return;
+    const url = new URL(location.href);
+    if (address === undefined) {
+      // No link leads to a file of this machine.
+      history.replaceState(null, "", url.pathname);
+      return;
+    }
+    const put = (key, value) => (value === undefined ? url.searchParams.delete(key) : url.searchParams.set(key, value));
+    put("src", address);
+    const { materials: values, hasLabels } = materialsPanel.link;
+    put("materials", values);
+    if (!hasLabels) for (const key of ["labels", "label-volume"]) put(key, undefined);
+    put("compare", comparisonPanel.link?.address);
+    put("compare-by", comparisonPanel.link?.kind === "difference" ? "difference" : undefined);
+    url.hash = linkOf({
+      ...state,
+      window: displayWindow.isChosen ? [state.shades.low, state.shades.high] : undefined,
+      zoom: state.isFitted ? undefined : state.zoom,
+      centers: sliceViews.map(({ center }) => center),
+      view: shownTab,
+      volume: Number(shownVolume),
+      measures: state.measures.filter((measure) => measuring.isDone(measure)),
+      end: comparisonPanel.end,
+    });
+    if (url.href !== location.href) history.replaceState(null, "", url);
+  }, linkPause);
+}
+addEventListener("hashchange", () => state.volume && showLink(shownBy(location.hash)));
+
 // ---- Controls ------------------------------------------------------------------------------------------------------
 
 let shownTab;
@@ -621,6 +720,7 @@ const activeView = () =>
   sliceViews[0];
 element("auto").addEventListener("click", () => state.volume && actions.autoWindow());
 element("grid").addEventListener("click", () => state.volume && actions.grid());
+element("picture").addEventListener("click", () => state.volume && actions.picture());
 element("fit").addEventListener("click", () => state.volume && actions.fit());
 element("zoom-in").addEventListener("click", () => state.volume && actions.zoom(activeView(), 1.5));
 element("zoom-out").addEventListener("click", () => state.volume && actions.zoom(activeView(), 1 / 1.5));
@@ -641,8 +741,8 @@ const [source, materials, labels, labelVolume, compared, compareBy] = [
 ].map((key) => given.get(key));
 if (source) {
   element("welcome").hidden = false;
-  openAddress(source);
+  openAddress(source, shownBy(location.hash));
 }
 materialsPanel.start({ materials, labels, labelVolume }, addressOf);
 if (compared !== null)
-  comparisonPanel.open(() => addressOf(compared), nameOf(compared), compareBy === "difference" ? "difference" : "beside");
+  comparisonPanel.open(() => addressOf(compared), nameOf(compared), compareBy === "difference" ? "difference" : "beside", compared);
