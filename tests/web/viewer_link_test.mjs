@@ -1,4 +1,4 @@
-// What the viewer gives away, in headless Chromium: a link that shows the same, and pictures.
+// What the viewer gives away, in headless Chromium: a link that shows the same, pictures, and words for screen readers.
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { test } from "node:test";
@@ -191,6 +191,40 @@ test("a picture has the pixels of the view, and the name, the slice, the window 
     const bytes = await page.evaluate("blob.arrayBuffer().then((b) => [...new Uint8Array(b)])");
     writeFileSync(join(process.env.TAGRID_PICTURES, "saved.png"), Buffer.from(bytes));
   }
+  assert.deepEqual(page.errors, []);
+  await page.close();
+});
+
+test("screen readers are told the slice and the value, politely and once", async () => {
+  const page = await open(write("told", dims, Int16Array, sampleOf, space));
+  assert.equal(await page.evaluate(`document.getElementById("announcement").getAttribute("aria-live")`), "polite");
+  await page.evaluate(`globalThis.told = []; new MutationObserver(() => told.push(document.getElementById("announcement").textContent))
+    .observe(document.getElementById("announcement"), { childList: true, characterData: true, subtree: true });
+    tagridViewer.sliceViews[0].canvas.focus()`);
+  const position = await page.evaluate("tagridViewer.state.position");
+  for (let i = 0; i < 3; ++i) await page.key("PageUp");
+  await page.key("ArrowRight");
+  const place = [position[0] + 1, position[1], position[2] + 3];
+  await page.until("told.length > 0");
+  await pause(page);
+  assert.deepEqual(await page.evaluate("told"), [
+    `axial slice ${place[2] + 1} of 50: value ${sampleOf(...place)} HU; sample ${place.join(", ")}; ` +
+      `position (units) ${[0.5 * place[0], 0.5 * place[1], place[2]].join(", ")}`,
+  ]);
+  // A pointer that passes says nothing.
+  await page.move(300, 300);
+  await pause(page);
+  assert.equal(await page.evaluate("told.length"), 1);
+  // What was measured.
+  await page.key("4");
+  await page.key("Enter");
+  for (let i = 0; i < 6; ++i) await page.key("ArrowRight");
+  await page.key("Enter");
+  await page.until(`told.at(-1).includes("ruler")`);
+  assert.equal(await page.evaluate("told.at(-1)"), `1: ruler 3.0 units (z = ${place[2]})`);
+  await page.key("w");
+  await page.until(`told.at(-1).includes("window")`);
+  assert.equal(await page.evaluate("told.at(-1)"), "window brain: 0 to 80 HU");
   assert.deepEqual(page.errors, []);
   await page.close();
 });

@@ -2,6 +2,7 @@
 import { open } from "@tagrid/decoder";
 import { secondState } from "./comparison.js";
 import { ComparisonPanel } from "./comparison_panel.js";
+import { Announcer } from "./announcer.js";
 import { boundRows, factRows, fillList, scaleOf } from "./describe.js";
 import { DisplayWindow } from "./display_window.js";
 import { handleKeys, handlePointers } from "./input.js";
@@ -9,6 +10,7 @@ import { linkOf, shownBy } from "./link.js";
 import { MaterialsPanel } from "./materials_panel.js";
 import { MeasuresPanel } from "./measures_panel.js";
 import { Measuring } from "./measuring.js";
+import { numberText } from "./numbers.js";
 import { captionOf, composed, save } from "./picture_file.js";
 import { placesOf } from "./places.js";
 import { Presets } from "./presets.js";
@@ -120,6 +122,7 @@ const measuring = new Measuring(state, () => {
   measuresPanel.update();
   draw();
   keepLink();
+  announceMeasure();
 });
 const regionReader = new RegionReader(state, (region) => measuring.isDone(region), () => {
   measuresPanel.update();
@@ -142,6 +145,7 @@ const slabPanel = new SlabPanel(state, () => {
   for (const view of allViews()) view.changed();
   update();
 });
+const announcer = new Announcer(element("announcement"));
 let file;
 // Milliseconds.
 const retryAfter = 3000;
@@ -278,6 +282,7 @@ const actions = {
     for (const view of allViews()) if (within[view.normal] !== state.position[view.normal]) view.changed();
     state.position = within;
     measuring.follow();
+    announcePlace();
     // Follows the cross hair where it leaves the canvas.
     for (const view of sliceViews) {
       if (!view.isShown || state.isFitted) continue;
@@ -330,13 +335,17 @@ const actions = {
   },
   preset(count) {
     presets.step(count);
+    const { low, high } = state.shades;
+    announcer.say(() => `window ${element("preset").value}: ${numberText(low, 6)} to ${numberText(high, 6)} ${state.scale.unit}`.trim());
   },
   compare: () => comparisonPanel.toggle(),
   slab() {
     slabPanel.step();
+    announcePlace();
   },
   thicken(view, count) {
     slabPanel.thicken(count, view.normal);
+    announcePlace();
   },
   /** What a drag changes, and a way back: the first finger of a pinch may have moved. */
   remember: () => ({
@@ -419,6 +428,30 @@ function showReadout() {
   const view = pointed?.view ?? sliceViews.find((one) => one.isShown) ?? sliceViews[0];
   const alike = (views) => views.find(({ name }) => name === view.name);
   fillList(element("readout"), [...readoutRows(state, place, alike(sliceViews)), ...secondRows(place, alike(secondViews))]);
+}
+
+/** Tells screen readers the slice and the values at the cross hair. */
+function announcePlace() {
+  announcer.say(() => {
+    const { name, normal, title } = activeView();
+    const views = allViews().filter((view) => view.name === name);
+    const rows = [...readoutRows(state, state.position, views[0]), ...(views[1] ? secondRows(state.position, views[1]) : [])];
+    if (rows.some(([, text]) => text === "…")) return undefined;
+    // The values first.
+    const isPlace = ([row]) => row === "sample" || row.startsWith("position");
+    const words = [...rows.filter((row) => !isPlace(row)), ...rows.filter(isPlace)].map((row) => row.join(" ").trim());
+    return `${title} slice ${state.position[normal] + 1} of ${state.volume.dims[normal]}: ${words.join("; ")}`;
+  });
+}
+
+/** Tells them what the measure that was made or moved says. */
+function announceMeasure() {
+  const measure = state.chosenMeasure;
+  if (!measure || !measuring.isDone(measure)) return;
+  announcer.say(() => {
+    const title = measuresPanel.titleOf(measure);
+    return title.includes("…") ? undefined : title;
+  });
 }
 
 /** What the second views show there. */
