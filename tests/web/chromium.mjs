@@ -91,7 +91,7 @@ async function newPage(send, listeners, width, height, mobile) {
     errors,
     evaluate,
     goTo: (url) => call("Page.navigate", { url }),
-    async until(code, seconds = 60) {
+    async until(code, seconds = 180) {
       for (const end = Date.now() + 1000 * seconds; Date.now() < end; await new Promise((r) => setTimeout(r, 50)))
         if (await evaluate(`Boolean(globalThis.tagridViewer && (${code}))`)) return;
       throw new Error(

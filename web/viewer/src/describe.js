@@ -70,6 +70,16 @@ export function lossText({ bounds }, scale) {
   return `lossy: errors up to ${errorText(bounds.maxError, scale)}`;
 }
 
+/** What errors mean for statistics of samples, in a sentence. */
+export function boundSentence({ bounds }, scale) {
+  if (bounds.maxError === 0) return "The samples are exact.";
+  if (bounds.maxError === null) return "The file is lossy, and its errors have no bound.";
+  return (
+    `The file is lossy, with errors up to ${errorText(bounds.maxError, scale)}: so far may the mean, the deviation, ` +
+    "the lowest and the highest value be from those of the original."
+  );
+}
+
 export function factRows(volume, scale, { unit, hasUnit, steps, axes, notes }) {
   const { dims, type, geometry, levels, range, name, fileBytes, brickEdge, volumes } = volume;
   const product = dims[0] * dims[1] * dims[2];

@@ -50,6 +50,11 @@ export class DisplayWindow {
     }
   }
 
+  /** False as long as it is only there until slices have been read. */
+  get isChosen() {
+    return this.#isChosen;
+  }
+
   /** Chooses from these slices, unless there is a window already. */
   chooseOnce(slices) {
     if (!this.#isChosen) this.choose(slices);

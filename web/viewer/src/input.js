@@ -1,5 +1,6 @@
 // Pointers and keys, as actions.
 import { followPointers, wheelSlices, wheelZoom } from "./gestures.js";
+import { isMeasuring } from "./measures.js";
 
 // Pixels that a finger moves for a slice.
 const swipePixels = 12;
@@ -43,16 +44,27 @@ export function handlePointers(view, state, actions) {
       swiped = 0;
       before = actions.remember();
       if (tool === "move") moveTo(point);
+      if (isMeasuring(tool)) actions.measuring.start(view, point, pointerType);
     },
     drag(dx, dy, point) {
       if (!state.volume) return;
       if (tool === "move") moveTo(point);
       else if (tool === "slices") swipe(dy);
       else if (tool === "pan") actions.pan(view, dx, dy);
+      else if (isMeasuring(tool)) actions.measuring.drag(view, point);
       else actions.changeWindow(dy / 400, Math.exp(dx / 250));
     },
-    cancel: () => state.volume && actions.restore(before),
-    tap: (point) => state.volume && state.tool === "move" && moveTo(point),
+    cancel() {
+      if (!state.volume) return;
+      actions.measuring.cancel();
+      actions.restore(before);
+    },
+    end: () => actions.measuring.end(view),
+    tap(point) {
+      if (!state.volume) return;
+      if (state.tool === "move") moveTo(point);
+      if (isMeasuring(state.tool)) actions.measuring.choose(view, point, "touch");
+    },
     pinch(factor, middle, dx, dy) {
       if (!state.volume) return;
       actions.pan(view, dx, dy);
@@ -82,6 +94,8 @@ export function handleKeys(state, actions, activeView) {
   addEventListener("keydown", (event) => {
     if (!state.volume || event.ctrlKey || event.metaKey || event.altKey) return;
     if (event.target.closest?.("input, select, summary")) return;
+    // These press a button.
+    if (event.key === "Enter" && event.target.closest?.("button")) return;
     const view = activeView();
     const count = event.shiftKey ? 10 : 1;
     const [right, down] = view.signs;
@@ -103,12 +117,26 @@ export function handleKeys(state, actions, activeView) {
       "{": () => actions.changeWindow(-0.05, 1),
       "}": () => actions.changeWindow(0.05, 1),
       a: () => actions.autoWindow(),
+      w: () => actions.preset(event.shiftKey ? -1 : 1),
+      s: () => actions.slab(),
+      d: () => actions.compare(),
+      ",": () => actions.thicken(view, -1),
+      ".": () => actions.thicken(view, 1),
       g: () => actions.grid(),
       l: () => actions.colors(),
       1: () => actions.tool("move"),
       2: () => actions.tool("window"),
       3: () => actions.tool("pan"),
+      4: () => actions.tool("ruler"),
+      5: () => actions.tool("angle"),
+      6: () => actions.tool("ellipse"),
+      7: () => actions.tool("rectangle"),
+      Enter: () => actions.measuring.putPoint(view),
+      Delete: () => actions.measuring.remove(),
+      Backspace: () => actions.measuring.remove(),
+      Escape: () => actions.measuring.leave(),
       m: () => actions.one(view.name),
+      p: () => actions.picture(),
     }[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (!work) return;
     event.preventDefault();

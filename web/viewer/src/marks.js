@@ -1,5 +1,7 @@
 // What is drawn over a slice: cross hair, title, scale bar, the sides of the patient, and what could not be read.
 import { lossText } from "./describe.js";
+import { drawMeasures } from "./measure_marks.js";
+import { slabText } from "./slab.js";
 
 const axisNames = ["x", "y", "z"];
 const ink = "#f4f4f4";
@@ -9,6 +11,7 @@ const shadow = "rgba(0, 0, 0, 0.8)";
 export function drawMarks(context, view, state) {
   const { clientWidth: width, clientHeight: height } = view.canvas;
   drawCross(context, view, state, width, height);
+  drawMeasures(context, view, state);
   const write = (text, x, y, align, font = "13px", color = ink) => {
     context.font = `${font} system-ui, sans-serif`;
     context.textAlign = align;
@@ -18,7 +21,7 @@ export function drawMarks(context, view, state) {
     context.fillStyle = color;
     context.fillText(text, x, y);
   };
-  const [title, notes] = titlesOf(view, state);
+  const [title, notes] = titleOf(view, state);
   write(title, 9, 19, "left");
   // Below the slider.
   if (notes) write(notes, 9, view.slider.offsetTop + view.slider.offsetHeight + 15, "left", "13px", "#f2b134");
@@ -26,20 +29,26 @@ export function drawMarks(context, view, state) {
   drawSides(view, write, width, height);
   const loss = lossText(state.volume, state.scale);
   if (loss) write(loss, 9, height - 28, "left", "12px");
+  if (view.isCompared) write(endOf(state.name), 9, height - (loss ? 44 : 28), "left", "bold 12px");
   // The axes of samples, as they run.
   const arrows = [view.signs[0] > 0 ? "→" : "←", view.signs[1] > 0 ? "↓" : "↑"];
   write([view.across, view.down].map((axis, i) => axisNames[axis] + arrows[i]).join(" "), 9, height - 11, "left");
 }
 
+/** The end of a name that is long, which mostly tells more than its beginning. */
+const endOf = (name) => (name.length > 40 ? `…${name.slice(-39)}` : name);
+
 /**
  * A title and a line of notes. Slices are counted from 1, as people count, and by their index, as the program does.
  */
-function titlesOf(view, { position, volume, places, scale }) {
+export function titleOf(view, { position, volume, places, scale }) {
   const { normal } = view;
   const index = position[normal];
   const title = `${view.title}  slice ${index + 1} of ${volume.dims[normal]} (${axisNames[normal]} = ${index})`;
   const factor = view.shown === undefined ? 1 : volume.levels[view.shown].factor;
   const notes = [];
+  const { slab } = view;
+  if (slab) notes.push(slabText(slab, normal, places));
   if (factor > 1) notes.push(`overview 1:${factor}`);
   if (!view.isSettled) notes.push(view.shown === undefined ? "reading" : "reading finer samples");
   if (!view.sides) notes.push("directions unknown");

@@ -79,6 +79,13 @@ export class MaterialsPanel {
     }
   }
 
+  /** What an address has of values; and whether it may have labels. */
+  get link() {
+    const kind = element("color-by").value;
+    const hasValues = kind === "values" && this.#text !== "";
+    return { materials: hasValues ? this.#text : undefined, hasLabels: kind === "labels" || kind === "file" };
+  }
+
   setMaterials(text) {
     this.#text = text.trim();
     element("color-by").value = "values";

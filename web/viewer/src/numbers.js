@@ -37,3 +37,9 @@ export function placeText(number, step, largest = Math.abs(number)) {
   const decimals = Math.min(7 - power(step), exactDigits - 1 - power(largest));
   return String(Number(number.toFixed(Math.min(Math.max(decimals, 0), 100))));
 }
+
+/** A number that was measured, where `step` is what can just be told apart: to a fifth of it or somewhat more. */
+export function measuredText(number, step) {
+  const decimals = Math.ceil(-Math.log10(step / 5) - 1e-9);
+  return Number.isFinite(number) ? number.toFixed(Math.min(Math.max(decimals, 0), 20)) : String(number);
+}

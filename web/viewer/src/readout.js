@@ -1,45 +1,57 @@
 // The sample under the pointer, or under the cross hair.
 import { positionTexts } from "./places.js";
-import { sampleText, valueText } from "./numbers.js";
+import { numberText, sampleText, valueText } from "./numbers.js";
 import { planes } from "./tiles.js";
 
-/** Rows of [name, text] for a place, in samples; `normal` is the axis across the slices in which it is looked for. */
-export function readoutRows(state, place, normal) {
+/** Rows of [name, text] for a place, in samples, in the slices that `view` shows. */
+export function readoutRows(state, place, view) {
   const { volume, tiles, scale, places } = state;
+  const { normal, slab } = view;
   if (place.some((p, axis) => p < 0 || p >= volume.dims[axis])) return [["sample", "outside"]];
   const rows = [["sample", place.join(", ")]];
   const position = positionTexts(volume, places, place);
   if (position) rows.push([`position (${places.unit})`, position.join(", ")]);
-  const found = sampleAt(tiles, place, normal, volume.levels);
-  if (!found) return [...rows, ["value", missingText(tiles, place, normal)], ...labelRows(state, place, normal)];
-  const stored = sampleText(found.sample, volume.type);
+  const found = sampleAt(tiles, place, normal, volume.levels, (level) => view.sliceAt(level));
+  const name = slab ? `${slab.kind} of ${slab.end - slab.begin} slices` : "value";
+  if (!found) {
+    const missing = missingText(tiles, place, normal, view.sliceAt(0));
+    return [...rows, [name, missing], ...(slab ? [] : labelRows(state, place, normal))];
+  }
   // A mean of slices with different slopes has no value.
   const meaning = !scale.note ? scale : found.factor === 1 ? scale.ofSlice?.(place[2]) : undefined;
-  if (meaning) rows.push(["value", `${valueText(found.sample, volume.type, meaning)} ${scale.unit}`]);
-  if (scale.note || scale.slope !== 1 || scale.intercept !== 0) rows.push(["stored sample", stored]);
+  if (meaning) {
+    // Without the noise of sums and differences of doubles.
+    const value = slab?.kind === "mean" || state.isDifference
+      ? numberText(meaning.slope * found.sample + meaning.intercept, 12)
+      : valueText(found.sample, volume.type, meaning);
+    rows.push([name, `${value} ${scale.unit}`]);
+  }
+  if (!slab && (scale.note || scale.slope !== 1 || scale.intercept !== 0))
+    rows.push(["stored sample", sampleText(found.sample, volume.type)]);
   if (state.showsColors && state.colors?.areOfValues)
     rows.push(["material", state.colors.materialOf(found.sample)?.name ?? "none"]);
-  if (found.factor > 1) rows.push(["", `mean in overview 1:${found.factor}`]);
-  return [...rows, ...labelRows(state, place, normal)];
+  if (found.factor > 1) rows.push(["", `${slab ? "of means" : "mean"} in overview 1:${found.factor}`]);
+  return slab ? rows : [...rows, ...labelRows(state, place, normal)];
 }
 
 /** The label there: means in overviews are none. */
 function labelRows({ labels, colors, showsColors }, place, normal) {
   if (!showsColors || !labels) return [];
   const { volume, tiles } = labels;
-  const found = sampleAt(tiles, place, normal, volume.levels.slice(0, 1));
-  if (!found) return [["label", missingText(tiles, place, normal)]];
+  const found = sampleAt(tiles, place, normal, volume.levels.slice(0, 1), () => place[normal]);
+  if (!found) return [["label", missingText(tiles, place, normal, place[normal])]];
   return [
     ["label", String(found.sample)],
     ["material", colors.materialOf(found.sample)?.name ?? "none"],
   ];
 }
 
-/** The sample of the first of some levels that is there. */
-function sampleAt(tiles, place, normal, levels) {
+/** The sample of the first of some levels that is there; `sliceAt(level)` is its slice. */
+function sampleAt(tiles, place, normal, levels, sliceAt) {
   const { across, down } = planes[normal];
   for (const { level, factor } of levels) {
-    const [i, j, slice] = [place[across], place[down], place[normal]].map((p) => Math.floor(p / factor));
+    const [i, j] = [place[across], place[down]].map((p) => Math.floor(p / factor));
+    const slice = sliceAt(level);
     const [column, row] = [tiles.number(i), tiles.number(j)];
     const samples = tiles.get(level, normal, slice, column, row);
     if (!samples) continue;
@@ -49,11 +61,11 @@ function sampleAt(tiles, place, normal, levels) {
   return undefined;
 }
 
-function missingText(tiles, place, normal) {
+function missingText(tiles, place, normal, slice) {
   const [columns, rows] = [planes[normal].across, planes[normal].down].map((axis) => [
     tiles.number(place[axis]),
     tiles.number(place[axis]) + 1,
   ]);
-  const isUnreadable = tiles.failedBoxes({ level: 0, normal, slice: place[normal], columns, rows }).length > 0;
+  const isUnreadable = tiles.failedBoxes({ level: 0, normal, slice, columns, rows }).length > 0;
   return isUnreadable ? "cannot be read" : "…";
 }

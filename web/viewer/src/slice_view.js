@@ -7,6 +7,7 @@
 import { GridLines } from "./grid_lines.js";
 import { drawMarks, drawUnreadable } from "./marks.js";
 import { layoutsOf } from "./sides.js";
+import { Slab, slabAt } from "./slab.js";
 import { planes } from "./tiles.js";
 
 // A level is fine enough if its samples have at most this many pixels of the screen.
@@ -15,6 +16,8 @@ const coarsePixels = 1.5;
 const mostSamples = 4096;
 // Milliseconds without change, after which the wanted level is read.
 const rest = 120;
+// Of the bricks of a slab that is shown at most, if there is a coarser level.
+const mostSlabSamples = 256e6;
 // Bricks whose grid is drawn at most, each of which takes some hundredths of a second.
 const mostGridBricks = 150;
 
@@ -141,17 +144,38 @@ export class SliceView {
   get level() {
     const { volume } = this.#state;
     const pixels = Math.max(...this.scale) * devicePixelRatio;
-    for (let level = volume.levels.length - 1; level > 0; --level)
-      if (volume.levels[level].factor * pixels <= coarsePixels) return level;
-    return 0;
+    const coarsest = volume.levels.length - 1;
+    let level = coarsest;
+    while (level > 0 && volume.levels[level].factor * pixels > coarsePixels) --level;
+    while (level < coarsest && this.slab && this.#samplesOf(level) > mostSlabSamples) ++level;
+    return level;
+  }
+
+  #samplesOf(level) {
+    const region = this.region(level, 0);
+    return region ? this.#state.tiles.samplesOf(region) : 0;
+  }
+
+  /** The slices of the volume that are shown as one; undefined if a single one is shown. */
+  get slab() {
+    return slabAt(this.#state, this.normal);
+  }
+
+  /** The number of the slice of a level that is shown, or the Slab of several. */
+  sliceAt(level, slab = this.slab) {
+    const { volume, position } = this.#state;
+    const { factor, dims } = volume.levels[level];
+    const at = (slice) => Math.min(Math.floor(slice / factor), dims[this.normal] - 1);
+    if (!slab) return at(position[this.normal]);
+    const [begin, end] = [at(slab.begin), at(slab.end - 1) + 1];
+    return new Slab(begin, end, slab.kind);
   }
 
   /**
    * The part of a level that is seen, as Tiles.want() wants it; nothing if none is. Of the volume that is shown, or of
-   * another one of the same size.
+   * another one of the same size, and of a slab, or of one slice.
    */
-  region(level, rank, { volume, tiles } = this.#state) {
-    const { position } = this.#state;
+  region(level, rank, { volume, tiles } = this.#state, slab = this.slab) {
     const { factor, dims } = volume.levels[level];
     const corners = [this.placeAt(0, 0), this.placeAt(this.canvas.clientWidth, this.canvas.clientHeight)];
     const range = (i, axis) => {
@@ -167,8 +191,7 @@ export class SliceView {
     };
     const [columns, rows] = this.#turned([range(0, this.across), range(1, this.down)]);
     if (!columns || !rows) return undefined;
-    const slice = Math.min(Math.floor(position[this.normal] / factor), dims[this.normal] - 1);
-    return { level, normal: this.normal, slice, columns, rows, rank };
+    return { level, normal: this.normal, slice: this.sliceAt(level, slab), columns, rows, rank };
   }
 
   get #coarsest() {
@@ -214,7 +237,7 @@ export class SliceView {
   /** The part of the volume whose grid is shown; nothing if there is none, or if it is too large. */
   get #gridRegion() {
     if (!this.isShown || !this.#state.showsGrid || !this.#state.volume.storesGrid || this.level > 0) return undefined;
-    const region = this.region(0, 0);
+    const region = this.region(0, 0, this.#state, null);
     if (!region) return undefined;
     const [columns, rows] = [region.columns, region.rows].map(([begin, end]) => end - begin);
     return columns * rows <= mostGridBricks ? region : undefined;
@@ -238,7 +261,8 @@ export class SliceView {
   /** The part of the volume whose labels are shown; nothing if there is none, or if it is too large. */
   #labelRegion(order = 0) {
     const { labels, showsColors } = this.#state;
-    if (!this.isShown || !showsColors || !labels) return undefined;
+    // Labels of several slices have no mean.
+    if (!this.isShown || !showsColors || !labels || this.slab) return undefined;
     const region = this.region(0, 20 + order, labels);
     return region && labels.tiles.samplesOf(region) <= this.mostLabelSamples ? region : undefined;
   }
@@ -252,7 +276,7 @@ export class SliceView {
   /** "none" if it shows no labels, "far" if it must be zoomed in for them, "reading", or "shown". */
   get labelState() {
     const { labels, showsColors } = this.#state;
-    if (!this.isShown || !showsColors || !labels) return "none";
+    if (!this.isShown || !showsColors || !labels || this.slab) return "none";
     const region = this.#labelRegion();
     if (!region) return this.region(0, 0, labels) ? "far" : "none";
     return labels.tiles.isSettled(region) ? "shown" : "reading";
@@ -333,7 +357,7 @@ export class SliceView {
     if (!region) return;
     const { tiles, shades, volume, colors, showsColors } = this.#state;
     const { factor } = volume.levels[level];
-    const painted = this.#paint(`grey ${level}`, region, tiles, shades);
+    const painted = this.#paint(`grey ${level}`, region, tiles, shades.ofLevel?.(level) ?? shades);
     if (!painted) return;
     this.shown = level;
     // Samples of the volume are shown as what they are; those of an overview stand for others.

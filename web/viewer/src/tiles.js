@@ -1,7 +1,8 @@
 // Reads the parts of slices that views want: overviews first, and only what is seen.
 //
 // A tile is the part of a slice that lies in one brick. It is named by its level, the axis that is normal to the
-// slice, the number of the slice, and its column and row.
+// slice, the number of the slice, and its column and row. In place of the number, there may be a Slab of several slices.
+import { Projection, Slab } from "./slab.js";
 
 const readsAtOnce = 4;
 // Rows of tiles of an overview become one read if they have fewer samples along an axis: fewer requests.
@@ -12,6 +13,8 @@ export const planes = [
   { normal: 1, across: 0, down: 2 },
   { normal: 2, across: 0, down: 1 },
 ];
+
+const slicesOf = (slice) => (slice instanceof Slab ? [slice.begin, slice.end] : [slice, slice + 1]);
 
 export class Tiles {
   #tiles = new Map();
@@ -24,11 +27,13 @@ export class Tiles {
   #volume;
   #onTiles;
   #onError;
+  #like;
   keptBytes = 128 << 20;
 
-  /** `onTiles()` is called when tiles have arrived. */
-  constructor(volume, onTiles, onError) {
+  /** `onTiles()` is called when tiles have arrived. Tiles have the ranges of the bricks of the volume `like`. */
+  constructor(volume, onTiles, onError, like = volume) {
     this.#volume = volume;
+    this.#like = like;
     this.#onTiles = onTiles;
     this.#onError = onError;
   }
@@ -51,15 +56,15 @@ export class Tiles {
 
   /** The first sample of a tile along an axis, and its end: bricks begin one later where the volume has no lead. */
   range(level, axis, number) {
-    const { brickEdge, lead, levels } = this.#volume;
+    const { brickEdge, lead } = this.#like;
     const shift = lead ? 0 : 1;
     const begin = number === 0 ? 0 : number * brickEdge + shift;
-    return [begin, Math.min((number + 1) * brickEdge + shift, levels[level].dims[axis])];
+    return [begin, Math.min((number + 1) * brickEdge + shift, this.#volume.levels[level].dims[axis])];
   }
 
   /** The tile in which a sample lies. */
   number(sample) {
-    const { brickEdge, lead } = this.#volume;
+    const { brickEdge, lead } = this.#like;
     return Math.max(Math.floor((sample - (lead ? 0 : 1)) / brickEdge), 0);
   }
 
@@ -130,7 +135,7 @@ export class Tiles {
 
   #strips(region, missing) {
     const { level, columns, rows } = region;
-    const height = level > 0 ? Math.max(1, Math.floor(smallSlice / this.#volume.brickEdge)) : 1;
+    const height = level > 0 ? Math.max(1, Math.floor(smallSlice / this.#like.brickEdge)) : 1;
     const middle = (rows[0] + rows[1] - height) / 2;
     const strips = [];
     for (let row = rows[0]; row < rows[1]; row += height) {
@@ -156,7 +161,7 @@ export class Tiles {
     const { across, down } = planes[normal];
     const low = [0, 0, 0];
     const high = [0, 0, 0];
-    [low[normal], high[normal]] = [slice, slice + 1];
+    [low[normal], high[normal]] = slicesOf(slice);
     for (const [axis, [begin, end]] of [
       [across, columns],
       [down, rows],
@@ -168,9 +173,9 @@ export class Tiles {
   /** Samples of the bricks of a region, all of which are decoded for it. */
   samplesOf({ level, normal, slice, columns, rows }) {
     const { across, down } = planes[normal];
-    const layer = this.number(slice);
+    const [first, end] = slicesOf(slice);
     return [
-      [normal, [layer, layer + 1]],
+      [normal, [this.number(first), this.number(end - 1) + 1]],
       [across, columns],
       [down, rows],
     ].reduce((product, [axis, [begin, end]]) => {
@@ -186,7 +191,7 @@ export class Tiles {
     strip.controller = new AbortController();
     this.#flying.add(strip);
     try {
-      const samples = await this.#volume.read({ level, box: { low, high }, signal: strip.controller.signal });
+      const samples = await this.#samplesIn(level, { low, high }, normal, slice, strip.controller.signal);
       const width = high[across] - low[across];
       for (let row = rows[0]; row < rows[1]; ++row)
         for (let column = columns[0]; column < columns[1]; ++column) {
@@ -214,6 +219,20 @@ export class Tiles {
       this.#flying.delete(strip);
       if (this.#volume) this.#onTiles();
     }
+  }
+
+  async #samplesIn(level, box, normal, slice, signal) {
+    if (!(slice instanceof Slab)) return this.#volume.read({ level, box, signal });
+    // Brick by brick: a thick slab does not fit into memory.
+    const projection = new Projection(slice.kind, normal);
+    for (let begin = slice.begin; begin < slice.end; ) {
+      const end = Math.min(this.range(level, normal, this.number(begin))[1], slice.end);
+      const part = { low: [...box.low], high: [...box.high] };
+      [part.low[normal], part.high[normal]] = [begin, end];
+      projection.add(await this.#volume.read({ level, box: part, signal }), part);
+      begin = end;
+    }
+    return projection.samples;
   }
 
   #keep(key, tile) {

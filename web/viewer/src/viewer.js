@@ -1,12 +1,23 @@
 // The page: opens a file, and links the views.
 import { open } from "@tagrid/decoder";
+import { secondState } from "./comparison.js";
+import { ComparisonPanel } from "./comparison_panel.js";
+import { Announcer } from "./announcer.js";
 import { boundRows, factRows, fillList, scaleOf } from "./describe.js";
 import { DisplayWindow } from "./display_window.js";
 import { handleKeys, handlePointers } from "./input.js";
+import { linkOf, shownBy } from "./link.js";
 import { MaterialsPanel } from "./materials_panel.js";
+import { MeasuresPanel } from "./measures_panel.js";
+import { Measuring } from "./measuring.js";
+import { numberText } from "./numbers.js";
+import { captionOf, composed, save } from "./picture_file.js";
 import { placesOf } from "./places.js";
+import { Presets } from "./presets.js";
 import { readoutRows } from "./readout.js";
+import { RegionReader } from "./region_reader.js";
 import { Shades } from "./shades.js";
+import { SlabPanel } from "./slab_panel.js";
 import { SliceView } from "./slice_view.js";
 import { Tiles } from "./tiles.js";
 import { SpaceView } from "./space_view.js";
@@ -34,9 +45,15 @@ const state = {
   labels: undefined,
   showsColors: true,
   opacity: 0.4,
+  // See measures.js.
+  measures: [],
+  chosenMeasure: undefined,
+  // See slab.js; the thickness is a length, or a number of slices.
+  slab: { kind: "none", thickness: 5, isInSlices: false },
 };
 
-const sliceViews = ["axial", "coronal", "sagittal"].map((name) => {
+/** A view of slices in a section of the page, of the file that a state has. */
+function makeView(name, section, ofState) {
   const canvas = document.createElement("canvas");
   canvas.tabIndex = 0;
   canvas.setAttribute("role", "img");
@@ -47,28 +64,88 @@ const sliceViews = ["axial", "coronal", "sagittal"].map((name) => {
     position[view.normal] = slider.valueAsNumber;
     actions.moveTo(position);
   });
-  sections[name].append(canvas, slider);
+  section.append(canvas, slider);
   const onError = (error) => {
     failure = error.message;
     draw();
   };
-  const view = new SliceView(canvas, name, state, () => draw(), onError);
-  return Object.assign(view, { slider });
+  const view = new SliceView(canvas, name, ofState, () => draw(), onError);
+  return Object.assign(view, { slider, section });
+}
+const planeNames = ["axial", "coronal", "sagittal"];
+const sliceViews = planeNames.map((name) => makeView(name, sections[name], state));
+// Of a second file, or of its difference from the first: at the same places.
+const second = secondState(state);
+const secondViews = sliceViews.map((first) => {
+  const section = element("views").appendChild(document.createElement("section"));
+  section.hidden = true;
+  const view = makeView(first.name, section, second);
+  return Object.defineProperty(view, "center", {
+    get: () => first.center,
+    set: (center) => (first.center = center),
+  });
 });
+/** All views of slices that may be shown now. */
+const allViews = () => (second.volume ? [...sliceViews, ...secondViews] : sliceViews);
 const spaceView = new SpaceView(sections.space, state);
 const displayWindow = new DisplayWindow(state, () => {
+  presets.update();
+  comparisonPanel.windowChanged();
+  keepLink();
   spaceView.windowChanged();
   draw();
 });
+const presets = new Presets(state, coarsestSlices, (low, high) => displayWindow.set(low, high));
 const materialsPanel = new MaterialsPanel(
   state,
   (source) => open(source, { base: decoderBase }),
-  (volume) => tilesOf(volume, () => state.labels?.volume === volume),
+  (volume) => tilesOf(volume, () => state.labels?.volume === volume, volume),
   () => {
     spaceView.colorsChanged();
     update();
   },
 );
+const comparisonPanel = new ComparisonPanel(
+  state,
+  second,
+  secondViews,
+  (source) => open(source, { base: decoderBase }),
+  (volume, like) => tilesOf(volume, () => comparisonPanel.file?.volume === volume, like),
+  () => {
+    if (second.volume) for (const view of secondViews) resetView(view);
+    showTab(shownTab);
+  },
+  () => draw(),
+);
+const measuring = new Measuring(state, () => {
+  regionReader.update();
+  measuresPanel.update();
+  draw();
+  keepLink();
+  announceMeasure();
+});
+const regionReader = new RegionReader(state, (region) => measuring.isDone(region), () => {
+  measuresPanel.update();
+  draw();
+});
+const measuresPanel = new MeasuresPanel(state, {
+  show(measure) {
+    state.chosenMeasure = measure;
+    const position = measure.points.reduce((sum, place) => sum.map((n, axis) => n + place[axis] / measure.points.length), [0, 0, 0]);
+    actions.moveTo(position);
+    measuresPanel.update();
+  },
+  step(measure, i, count) {
+    const view = sliceViews.find(({ normal }) => normal === measure.normal);
+    measuring.step(measure, i === 0 ? view.across : view.down, count * view.signs[i]);
+  },
+  remove: (measure) => measuring.remove(measure),
+});
+const slabPanel = new SlabPanel(state, () => {
+  for (const view of allViews()) view.changed();
+  update();
+});
+const announcer = new Announcer(element("announcement"));
 let file;
 // Milliseconds.
 const retryAfter = 3000;
@@ -90,14 +167,15 @@ function draw() {
     isDrawingPlanned = false;
     if (!state.volume) return;
     if (haveFirst()) displayWindow.chooseOnce(coarsestSlices());
-    for (const view of sliceViews) view.draw();
+    for (const view of allViews()) view.draw();
     materialsPanel.update();
+    comparisonPanel.update();
     noteTimes();
     if (!isFirstDrawn && haveFirst()) {
       isFirstDrawn = true;
       read();
     }
-    const isComplete = sliceViews.every((view) => !view.isShown || view.isSettled);
+    const isComplete = allViews().every((view) => !view.isShown || view.isSettled);
     showProgress(isComplete);
     // After the slices, which come first.
     if (isComplete) spaceView.update();
@@ -128,6 +206,8 @@ function gridNote() {
 function labelNote() {
   const states = sliceViews.map((view) => view.labelState);
   if (states.includes("reading")) return "Reading labels …";
+  if (state.labels && state.showsColors && sliceViews.some((view) => view.isShown && view.slab))
+    return "Labels are not drawn over slabs.";
   return states.includes("far") ? "Zoom in to see the labels: those of overviews would be means." : "";
 }
 
@@ -141,21 +221,37 @@ function read() {
   if (!state.volume) return;
   if (!haveFirst()) isFirstDrawn = false;
   // Looked at before the views look: a wait that ends between would be a read that nobody plans.
-  const waits = Math.max(...sliceViews.map((view) => view.waits));
+  const waits = Math.max(...allViews().map((view) => view.waits));
   const regions = sliceViews.flatMap((view, order) => view.regions(order, isFirstDrawn));
   const ofLabels = sliceViews.flatMap((view, order) => view.labelRegions(order));
   const isOneVolume = state.labels?.tiles === state.tiles;
-  state.tiles.want(isOneVolume ? [...regions, ...ofLabels] : regions);
+  if (isOneVolume) regions.push(...ofLabels);
+  regions.push(...readSecond());
+  state.tiles.want(regions);
   if (!isOneVolume) state.labels?.tiles.want(ofLabels);
   for (const view of sliceViews) view.wantGrid();
   if (waits > 0) timer = setTimeout(read, waits + 1);
+}
+
+/** Reads what the second views want, after what the others want; returns what they want of the first file. */
+function readSecond() {
+  if (!second.volume) return [];
+  const regions = secondViews.flatMap((view, order) => view.regions(order + 3, isFirstDrawn));
+  const { tiles } = comparisonPanel.file;
+  if (!second.isDifference) {
+    tiles.want(regions);
+    return [];
+  }
+  const ofBoth = regions.map((region) => second.tiles.regionsOf(region));
+  tiles.want(ofBoth.map(([, ofSecond]) => ofSecond));
+  return ofBoth.map(([ofFirst]) => ofFirst);
 }
 
 /** After any change of what is shown. */
 function update() {
   if (!state.volume) return;
   if (state.isFitted) fit();
-  for (const { slider, normal } of sliceViews) {
+  for (const { slider, normal } of [...sliceViews, ...secondViews]) {
     slider.max = state.volume.dims[normal] - 1;
     slider.value = state.position[normal];
     slider.setAttribute("aria-valuetext", `slice ${state.position[normal] + 1} of ${state.volume.dims[normal]}`);
@@ -163,6 +259,7 @@ function update() {
   draw();
   read();
   showReadout();
+  keepLink();
 }
 
 function fit() {
@@ -182,8 +279,10 @@ const actions = {
   moveTo(position) {
     const { dims } = state.volume;
     const within = position.map((p, axis) => Math.min(Math.max(Math.floor(p), 0), dims[axis] - 1));
-    for (const view of sliceViews) if (within[view.normal] !== state.position[view.normal]) view.changed();
+    for (const view of allViews()) if (within[view.normal] !== state.position[view.normal]) view.changed();
     state.position = within;
+    measuring.follow();
+    announcePlace();
     // Follows the cross hair where it leaves the canvas.
     for (const view of sliceViews) {
       if (!view.isShown || state.isFitted) continue;
@@ -206,7 +305,7 @@ const actions = {
     const most = 100 / Math.min(...state.steps);
     const cross = (other) =>
       other.pointOf([other.across, other.down].map((axis) => Math.min(state.position[axis] + 0.5, dims[axis])));
-    const others = sliceViews.filter((other) => other !== view).map((other) => [other, cross(other)]);
+    const others = sliceViews.filter((other) => other.normal !== view.normal).map((other) => [other, cross(other)]);
     view.zoomAround(x, y, () => {
       state.zoom = Math.min(Math.max(state.zoom * factor, Math.min(least, most)), most);
     });
@@ -234,6 +333,20 @@ const actions = {
     displayWindow.choose(coarsestSlices());
     update();
   },
+  preset(count) {
+    presets.step(count);
+    const { low, high } = state.shades;
+    announcer.say(() => `window ${element("preset").value}: ${numberText(low, 6)} to ${numberText(high, 6)} ${state.scale.unit}`.trim());
+  },
+  compare: () => comparisonPanel.toggle(),
+  slab() {
+    slabPanel.step();
+    announcePlace();
+  },
+  thicken(view, count) {
+    slabPanel.thicken(count, view.normal);
+    announcePlace();
+  },
   /** What a drag changes, and a way back: the first finger of a pinch may have moved. */
   remember: () => ({
     position: state.position,
@@ -254,7 +367,7 @@ const actions = {
   },
   fit() {
     state.isFitted = true;
-    for (const view of sliceViews) view.changed();
+    for (const view of allViews()) view.changed();
     update();
   },
   colors: () => materialsPanel.toggle(),
@@ -263,7 +376,25 @@ const actions = {
     element("grid").setAttribute("aria-pressed", String(state.showsGrid));
     update();
   },
+  /** Saves a picture of the view that has the focus, and of what it is compared with. */
+  async picture() {
+    try {
+      if (shownTab === "space") {
+        const lines = [state.name, "in 3D, with a precision of 11 bits: not for measuring"];
+        return await save(composed([{ canvas: spaceView.canvas, lines }]), `${state.name}-3D`);
+      }
+      const { name } = activeView();
+      const views = allViews().filter((view) => view.name === name);
+      for (const view of views) view.draw();
+      const pictures = views.map((view, i) => ({ canvas: view.canvas, lines: captionOf(view, i === 0 ? state : second) }));
+      await save(composed(pictures), `${state.name}-${views[0].label}-${state.position[views[0].normal] + 1}`);
+    } catch (error) {
+      say(`The picture could not be saved: ${error.message}`, true);
+    }
+  },
+  measuring,
   tool(name) {
+    if (name !== state.tool) measuring.leave();
     state.tool = name;
     for (const button of document.querySelectorAll("[data-tool]"))
       button.setAttribute("aria-pressed", String(button.dataset.tool === name));
@@ -280,10 +411,7 @@ const actions = {
 /** The samples of the slices of the coarsest overview that are there. */
 function coarsestSlices() {
   const level = state.volume.levels.length - 1;
-  const { factor } = state.volume.levels[level];
-  return sliceViews.flatMap(({ normal }) =>
-    state.tiles.ofSlice(level, normal, Math.floor(state.position[normal] / factor)),
-  );
+  return sliceViews.flatMap((view) => state.tiles.ofSlice(level, view.normal, view.sliceAt(level)));
 }
 
 // ---- Readout -------------------------------------------------------------------------------------------------------
@@ -297,15 +425,50 @@ function showReadout() {
     const [across, down] = view.placeAt(pointed.x, pointed.y).map(Math.floor);
     [place[view.across], place[view.down]] = [across, down];
   }
-  const { normal } = pointed?.view ?? sliceViews.find((view) => view.isShown) ?? sliceViews[0];
-  fillList(element("readout"), readoutRows(state, place, normal));
+  const view = pointed?.view ?? sliceViews.find((one) => one.isShown) ?? sliceViews[0];
+  const alike = (views) => views.find(({ name }) => name === view.name);
+  fillList(element("readout"), [...readoutRows(state, place, alike(sliceViews)), ...secondRows(place, alike(secondViews))]);
+}
+
+/** Tells screen readers the slice and the values at the cross hair. */
+function announcePlace() {
+  announcer.say(() => {
+    const { name, normal, title } = activeView();
+    const views = allViews().filter((view) => view.name === name);
+    const rows = [...readoutRows(state, state.position, views[0]), ...(views[1] ? secondRows(state.position, views[1]) : [])];
+    if (rows.some(([, text]) => text === "…")) return undefined;
+    // The values first.
+    const isPlace = ([row]) => row === "sample" || row.startsWith("position");
+    const words = [...rows.filter((row) => !isPlace(row)), ...rows.filter(isPlace)].map((row) => row.join(" ").trim());
+    return `${title} slice ${state.position[normal] + 1} of ${state.volume.dims[normal]}: ${words.join("; ")}`;
+  });
+}
+
+/** Tells them what the measure that was made or moved says. */
+function announceMeasure() {
+  const measure = state.chosenMeasure;
+  if (!measure || !measuring.isDone(measure)) return;
+  announcer.say(() => {
+    const title = measuresPanel.titleOf(measure);
+    return title.includes("…") ? undefined : title;
+  });
+}
+
+/** What the second views show there. */
+function secondRows(place, view) {
+  if (!second.volume) return [];
+  return readoutRows(second, place, view)
+    .filter(([name]) => !/^(sample|position)/.test(name))
+    .map(([name, text]) => (second.isDifference && name === "value" ? ["difference", text] : [name && `second: ${name}`, text]));
 }
 
 // ---- Files ---------------------------------------------------------------------------------------------------------
 
+// What was opened: an address as it was given, or nothing for a file of this machine.
+let address;
 let opening;
 let shownVolume; // its number, as the list of volumes has it
-async function openFile(source, name, options = {}) {
+async function openFile(source, name, from, shown = {}) {
   opening?.abort();
   const controller = new AbortController();
   opening = controller;
@@ -315,13 +478,17 @@ async function openFile(source, name, options = {}) {
   say(`Opening ${name} …`);
   try {
     const opened = await open(source, {
-      ...options,
       base: decoderBase,
       signal: controller.signal,
     });
     if (controller.signal.aborted) return opened.close();
+    // A link may be to another volume than the first one.
+    const number = shown.volume < opened.volumes ? shown.volume : 0;
+    const volume = number === 0 ? opened : await opened.volume(number);
+    if (controller.signal.aborted) return opened.close();
     file?.close();
     file = opened;
+    address = from;
     times.open = performance.now();
     element("welcome").hidden = true;
     element("name").textContent = name;
@@ -334,9 +501,10 @@ async function openFile(source, name, options = {}) {
         (_, i) => new Option(`${i + 1} of ${file.volumes} (number ${i})`, String(i)),
       ),
     );
-    shownVolume = "0";
+    shownVolume = element("volume").value = String(number);
     state.name = name;
-    show(file);
+    show(volume);
+    showLink(shown);
   } catch (error) {
     if (controller.signal.aborted) return;
     const text = `${name}: ${error.message}`;
@@ -353,12 +521,13 @@ function retryLater(volume) {
     failure = undefined;
     state.tiles.retry();
     state.labels?.tiles.retry();
+    comparisonPanel.file?.tiles.retry();
     update();
   }, retryAfter);
 }
 
 /** The tiles of a volume, whose errors are told while it is shown. */
-function tilesOf(volume, isShown) {
+function tilesOf(volume, isShown, like = volume) {
   return new Tiles(
     volume,
     () => update(),
@@ -367,12 +536,27 @@ function tilesOf(volume, isShown) {
       failure = error.message;
       if (error.code === "io-error") retryLater(state.volume);
     },
+    like,
   );
+}
+
+/** Another volume is shown in a view. */
+function resetView(view) {
+  const { center } = view;
+  view.reset();
+  // A second view has the place of the first.
+  const isSecond = secondViews.includes(view);
+  if (isSecond) view.center = center;
+  const of = isSecond ? `, ${second.name}` : "";
+  view.canvas.setAttribute("aria-label", `${view.title} slice${of}`);
+  view.slider.setAttribute("aria-label", `number of the ${view.title} slice${of}`);
 }
 
 /** Shows a volume. One of the same file as the one before keeps its place, and the window `before`. */
 function show(volume, before) {
   state.tiles?.close();
+  // Until it is known whether it can be compared with this one.
+  second.volume = undefined;
   failure = undefined;
   state.volume = volume;
   state.tiles = tilesOf(volume, () => state.volume === volume);
@@ -382,18 +566,24 @@ function show(volume, before) {
   state.shades = new Shades(state.scale);
   if (!before) state.position = volume.dims.map((n) => Math.floor(n / 2));
   state.isFitted = true;
+  presets.reset();
   displayWindow.start(before);
   for (const view of sliceViews) {
-    view.reset();
-    view.canvas.setAttribute("aria-label", `${view.title} slice`);
-    view.slider.setAttribute("aria-label", `number of the ${view.title} slice`);
+    resetView(view);
     document.querySelector(`[data-tab=${view.name}]`).textContent = view.label;
   }
   fillList(element("bounds"), boundRows(volume, state.scale));
   fillList(element("facts"), factRows(volume, state.scale, state.places));
   element("metadata").textContent = volume.metadata;
   spaceView.reset();
+  // Volumes of a file lie at one place.
+  slabPanel.update();
+  regionReader.reset();
+  if (!before) measuring.reset();
+  regionReader.update();
+  measuresPanel.update();
   materialsPanel.apply();
+  comparisonPanel.apply();
 }
 
 element("volume").addEventListener("change", async ({ target }) => {
@@ -431,10 +621,10 @@ addEventListener("drop", (event) => {
   if (dropped) openFile(dropped, dropped.name);
 });
 
-function openAddress(text) {
+function openAddress(text, shown) {
   try {
     const url = addressOf(text);
-    openFile(url, nameIn(url));
+    openFile(url, nameIn(url), text, shown);
   } catch (error) {
     element("failure").textContent = error.message;
   }
@@ -462,17 +652,95 @@ function nameIn({ pathname, host }) {
   }
 }
 
+function nameOf(text) {
+  try {
+    return nameIn(addressOf(text));
+  } catch {
+    return text;
+  }
+}
+
+// ---- Links ---------------------------------------------------------------------------------------------------------
+
+/** Shows what a link says of the file that is open; see link.js. */
+function showLink(shown) {
+  const { position, window, zoom, centers, view, slab, measures, showsGrid, end } = shown;
+  const { dims } = state.volume;
+  if (view) showTab(view);
+  if (slab) slabPanel.set(slab);
+  if (showsGrid && !state.showsGrid) actions.grid();
+  if (end) comparisonPanel.setEnd(end);
+  if (measures) {
+    const isWithin = ({ normal, slice, points }) =>
+      slice < dims[normal] && points.every((point) => point.every((p, axis) => p >= 0 && p <= dims[axis]));
+    measuring.reset();
+    measuring.add(measures.filter(isWithin));
+  }
+  if (position) actions.moveTo(position);
+  if (zoom && centers) {
+    state.isFitted = false;
+    state.zoom = zoom;
+    for (const [i, one] of sliceViews.entries()) {
+      one.center = centers[i];
+      one.pan(0, 0);
+    }
+  }
+  if (window) displayWindow.set(...window);
+  update();
+}
+
+// Milliseconds: browsers allow an address to change some times a second.
+const linkPause = 300;
+let linkTimer;
+/** Keeps the address of the page a link to what is shown. */
+function keepLink() {
+  clearTimeout(linkTimer);
+  linkTimer = setTimeout(() => {
+    if (!state.volume) return;
+    const url = new URL(location.href);
+    if (address === undefined) {
+      // No link leads to a file of this machine.
+      history.replaceState(null, "", url.pathname);
+      return;
+    }
+    const put = (key, value) => (value === undefined ? url.searchParams.delete(key) : url.searchParams.set(key, value));
+    put("src", address);
+    const { materials: values, hasLabels } = materialsPanel.link;
+    put("materials", values);
+    if (!hasLabels) for (const key of ["labels", "label-volume"]) put(key, undefined);
+    put("compare", comparisonPanel.link?.address);
+    put("compare-by", comparisonPanel.link?.kind === "difference" ? "difference" : undefined);
+    url.hash = linkOf({
+      ...state,
+      window: displayWindow.isChosen ? [state.shades.low, state.shades.high] : undefined,
+      zoom: state.isFitted ? undefined : state.zoom,
+      centers: sliceViews.map(({ center }) => center),
+      view: shownTab,
+      volume: Number(shownVolume),
+      measures: state.measures.filter((measure) => measuring.isDone(measure)),
+      end: comparisonPanel.end,
+    });
+    if (url.href !== location.href) history.replaceState(null, "", url);
+  }, linkPause);
+}
+addEventListener("hashchange", () => state.volume && showLink(shownBy(location.hash)));
+
 // ---- Controls ------------------------------------------------------------------------------------------------------
 
 let shownTab;
 const isSmall = matchMedia("(max-width: 720px), (max-height: 480px)");
 function showTab(name) {
   shownTab = name;
+  const isCompared = Boolean(second.volume) && name !== "space";
   element("views").classList.toggle("single", name !== "all");
+  element("views").classList.toggle("compared", isCompared);
   for (const [view, section] of Object.entries(sections)) section.hidden = name !== "all" && name !== view;
+  if (isCompared) sections.space.hidden = true;
+  for (const view of [...sliceViews, ...secondViews]) view.isCompared = isCompared;
+  for (const view of secondViews) view.section.hidden = !isCompared || (name !== "all" && name !== view.name);
   for (const button of document.querySelectorAll("[data-tab]"))
     button.setAttribute("aria-pressed", String(button.dataset.tab === name));
-  for (const view of sliceViews) view.changed();
+  for (const view of allViews()) view.changed();
   update();
 }
 for (const button of document.querySelectorAll("[data-tab]"))
@@ -480,27 +748,34 @@ for (const button of document.querySelectorAll("[data-tab]"))
 for (const button of document.querySelectorAll("[data-tool]"))
   button.addEventListener("click", () => actions.tool(button.dataset.tool));
 const activeView = () =>
-  sliceViews.find((view) => view.canvas === document.activeElement) ??
+  allViews().find((view) => view.canvas === document.activeElement) ??
   sliceViews.find((view) => view.isShown) ??
   sliceViews[0];
 element("auto").addEventListener("click", () => state.volume && actions.autoWindow());
 element("grid").addEventListener("click", () => state.volume && actions.grid());
+element("picture").addEventListener("click", () => state.volume && actions.picture());
 element("fit").addEventListener("click", () => state.volume && actions.fit());
 element("zoom-in").addEventListener("click", () => state.volume && actions.zoom(activeView(), 1.5));
 element("zoom-out").addEventListener("click", () => state.volume && actions.zoom(activeView(), 1 / 1.5));
-for (const view of sliceViews) handlePointers(view, state, actions);
+for (const view of [...sliceViews, ...secondViews]) handlePointers(view, state, actions);
 handleKeys(state, actions, activeView);
 new ResizeObserver(() => {
-  for (const view of sliceViews) view.changed();
+  for (const view of allViews()) view.changed();
   update();
 }).observe(element("views"));
 
-globalThis.tagridViewer = { state, sliceViews, spaceView, materialsPanel, actions, times };
+globalThis.tagridViewer = {
+  state, second, sliceViews, secondViews, spaceView, materialsPanel, comparisonPanel, regionReader, actions, times,
+};
 showTab(isSmall.matches ? "axial" : "all");
 const given = new URLSearchParams(location.search);
-const [source, materials, labels, labelVolume] = ["src", "materials", "labels", "label-volume"].map((key) => given.get(key));
+const [source, materials, labels, labelVolume, compared, compareBy] = [
+  "src", "materials", "labels", "label-volume", "compare", "compare-by",
+].map((key) => given.get(key));
 if (source) {
   element("welcome").hidden = false;
-  openAddress(source);
+  openAddress(source, shownBy(location.hash));
 }
 materialsPanel.start({ materials, labels, labelVolume }, addressOf);
+if (compared !== null)
+  comparisonPanel.open(() => addressOf(compared), nameOf(compared), compareBy === "difference" ? "difference" : "beside", compared);
