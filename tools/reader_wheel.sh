@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Builds a wheel of the Python package tagrid-reader, which only reads: one for all Pythons of a system; see docs/packages.md.
+# Builds a wheel of the Python package tagrid-reader, which only reads: one for all Pythons of a system; see
+# docs/packages.md.
 #   tools/reader_wheel.sh [linux|windows] [FOLDER]      default: linux, for this processor; FOLDER: build/packages
-# It is built in build/reader or build/windows; with TAGRID_BUILD=FOLDER, there. With TAGRID_READER_LIBRARY=FILE, the wheel has
-# this library of Linux, and nothing is built.
+# It is built in build/reader or build/windows; with TAGRID_BUILD=FOLDER, there. With TAGRID_READER_LIBRARY=FILE, the
+# wheel has this library of Linux, and nothing is built.
 set -euo pipefail
 system=${1:-linux}
 folder=$(realpath -m "${2:-$(dirname "$0")/../build/packages}")
@@ -17,8 +18,8 @@ case "$system" in
     if [ -z "${TAGRID_READER_LIBRARY:-}" ]; then
       mkdir -p "$build"
       log=$build/log
-      cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_READING_ONLY=ON -DTAGRID_WERROR=ON >"$log" ||
-        { cat "$log" >&2; exit 70; }
+      cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_READING_ONLY=ON -DTAGRID_UNITY=most \
+        -DTAGRID_WERROR=ON >"$log" || { cat "$log" >&2; exit 70; }
       cmake --build "$build" --target tagrid_reading_shared >"$log" || { cat "$log" >&2; exit 70; }
     fi
     # The wheel is for every C library that has the symbols, down to the oldest that pip knows wheels for.
@@ -44,14 +45,16 @@ cp python/reader/{setup.py,pyproject.toml,README.md} "$work"
 cp python/reader/tagrid_reader/*.py "$work/tagrid_reader"
 while read -r module; do cp "python/tagrid/$module" "$work/tagrid_reader"; done <python/reader/shared_modules.txt
 cp -L "$library" "$work/tagrid_reader/$name"
-version=$(sed -n 's/^project(tagrid VERSION \([0-9.]*\) .*/\1/p' CMakeLists.txt)$(sed -n 's/^set(TAGRID_VERSION ${PROJECT_VERSION}\(.*\))/\1/p' CMakeLists.txt)
+version=$(sed -n 's/^project(tagrid VERSION \([0-9.]*\) .*/\1/p' CMakeLists.txt)
+# shellcheck disable=SC2016  # these are the words of CMake
+version+=$(sed -n 's/^set(TAGRID_VERSION ${PROJECT_VERSION}\(.*\))/\1/p' CMakeLists.txt)
 sed "s/@TAGRID_VERSION@/$version/" python/reader/tagrid_reader/_version.py.in >"$work/tagrid_reader/_version.py"
 # The licenses of all that is in the library.
 cp LICENSE "$work/tagrid_reader/licenses/tagrid"
 for file in "$debian"/{libzstd-dev,libxxhash-dev,libhwy-dev,libfmt-dev}/copyright "${compiler[@]}"; do
   if [ -e "$file" ]; then cp "$file" "$work/tagrid_reader/licenses/$(basename "$(dirname "$file")")"; fi
 done
-TAGRID_READER_PLATFORM=$platform /usr/bin/python3 -m pip wheel --no-index --no-build-isolation --no-deps -w "$folder" "$work" \
-  >"$work/log" 2>&1 || { cat "$work/log" >&2; exit 70; }
+TAGRID_READER_PLATFORM=$platform /usr/bin/python3 -m pip wheel --no-index --no-build-isolation --no-deps -w "$folder" \
+  "$work" >"$work/log" 2>&1 || { cat "$work/log" >&2; exit 70; }
 echo "In $folder:"
 cd "$folder" && ls -- tagrid_reader-*"$platform".whl

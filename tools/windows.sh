@@ -12,7 +12,7 @@ tools/debian_source.sh "$build" zstd
 tools/debian_headers.sh "$build/include"
 reading=$build/reading
 cmake -S . -B "$reading" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/toolchains/windows-x64.cmake" \
-  -DTAGRID_READING_ONLY=ON -DTAGRID_WERROR=ON -DTAGRID_ZSTD_SOURCES="$build/zstd/lib" -DTAGRID_DEBIAN_HEADERS="$build/include" \
+  -DTAGRID_READING_ONLY=ON -DTAGRID_UNITY=most -DTAGRID_WERROR=ON -DTAGRID_ZSTD_SOURCES="$build/zstd/lib" -DTAGRID_DEBIAN_HEADERS="$build/include" \
   >"$build/reading.log" || { cat "$build/reading.log" >&2; exit 70; }
 cmake --build "$reading" >"$build/reading.log" || { cat "$build/reading.log" >&2; exit 70; }
 x86_64-w64-mingw32-gcc-posix -std=c11 -O2 -Iinclude -c tests/library/read_blocks.c -o "$reading/read_blocks.o"

@@ -174,8 +174,8 @@ class Reading(unittest.TestCase):
         folder = temporary_folder(self)
         os.mkfifo(folder / "pipe")
         for source in (folder, folder / "pipe", folder / "none", "http://localhost/a.tag", "a\0b", 3, None,
-                       io.StringIO(), np.zeros(3), b"/", os.fsencode(__file__), b"", b"x" * 99, data[:-1], data[1:], data + b"x",
-                       of_version_6(data), __file__):
+                       io.StringIO(), np.zeros(3), b"/", os.fsencode(__file__), b"", b"x" * 99, data[:-1], data[1:],
+                       data + b"x", of_version_6(data), __file__):
             outcomes = [outcome(package.open, source) for package in (tagrid, tagrid_reader)]
             self.assertEqual(*outcomes)
             self.assertIn(outcomes[0][0], ("DamagedError", "NewerFormatError", "InputError", "TypeError", "ValueError",
@@ -317,6 +317,8 @@ class Reading(unittest.TestCase):
                 child = os.fork()
                 if child == 0:
                     good = np.array_equal(overview[:], expected) and np.array_equal(volume[:], samples)
+                    overview.close()
+                    volume.close()
                     os._exit(0 if good else 1)
                 limit = time.monotonic() + 30
                 while (ended_child := os.waitpid(child, os.WNOHANG))[0] == 0:

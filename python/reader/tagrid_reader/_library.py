@@ -36,8 +36,8 @@ class Info(ctypes.Structure):
                 ("mesh_error", c_double), ("cube", c_int), ("levels", c_int), ("accuracy", c_int),
                 ("field_scale", c_double), ("range", c_double * 2), ("achieved_max_error", c_double),
                 ("achieved_rmse", c_double), ("achieved_psnr", c_double), ("achieved_mesh_error", c_double),
-                ("low", c_double), ("high", c_double), ("mean", c_double), ("file_bytes", c_uint64), ("header_bytes", c_uint64), ("activity_bytes", c_uint64),
-                ("value_bytes", c_uint64), ("index_bytes", c_uint64), ("bricks", c_int64 * 3), ("brick_edge", c_int64),
+                ("low", c_double), ("high", c_double), ("mean", c_double), ("file_bytes", c_uint64),
+                ("header_bytes", c_uint64), ("activity_bytes", c_uint64), ("value_bytes", c_uint64), ("index_bytes", c_uint64), ("bricks", c_int64 * 3), ("brick_edge", c_int64),
                 ("active_points", c_uint64), ("lead", c_int), ("unknown_parts", c_int)]
 
 

@@ -57,6 +57,12 @@ class _Source:
         return found
 
 
+def _close(handle: Optional[int], turn: Turn, losses: int) -> None:
+    """Closes a handle, unless the process was forked while another thread used it: it may be half changed."""
+    if turn.losses == losses:
+        C.tagrid_blocks_close(handle)
+
+
 class _Blocks:
     """A file that the library has opened, or an overview or a volume in an `outer` one, by a function of the library
     and its number. Its handle is closed with the last reference."""
@@ -76,7 +82,8 @@ class _Blocks:
             self.metadata: bytes = C.tagrid_blocks_metadata(self._handle)
 
     def _open(self) -> None:
-        self._handle, self._losses = c_void_p(), self.source.turn.losses
+        self._handle = c_void_p()
+        self._losses = losses = self.source.turn.losses
         try:
             if self._outer is not None:
                 self._outer.feed(self._function, self._number, byref(self._handle))
@@ -88,7 +95,7 @@ class _Blocks:
             raise
         finally:
             # Not when the process ends: other threads may still be in a call.
-            weakref.finalize(self, C.tagrid_blocks_close, c_void_p(self._handle.value)).atexit = False
+            weakref.finalize(self, _close, self._handle.value, self.source.turn, losses).atexit = False
 
     def ask(self, function: Any, *arguments: Any) -> None:
         """Calls a function of the library, with the bytes that it lacks. Other threads wait."""
