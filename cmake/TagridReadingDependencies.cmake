@@ -6,9 +6,10 @@ if(TAGRID_DEBIAN_HEADERS)
   set(tagrid_hwy_INCLUDE_DIR ${TAGRID_DEBIAN_HEADERS})
   file(GLOB zstd_sources ${TAGRID_ZSTD_SOURCES}/common/*.c ${TAGRID_ZSTD_SOURCES}/decompress/*.c)
   if(NOT EMSCRIPTEN)
-    # Other linkers than wasm-ld miss what unused functions call.
+    # Other linkers than wasm-ld miss what unused functions call. Nothing of it runs.
     file(GLOB zstd_compress_sources ${TAGRID_ZSTD_SOURCES}/compress/*.c)
     list(APPEND zstd_sources ${zstd_compress_sources})
+    set_source_files_properties(${zstd_compress_sources} PROPERTIES COMPILE_OPTIONS -O0)
   endif()
   add_library(zstd_decompress STATIC ${zstd_sources})
   target_include_directories(zstd_decompress PUBLIC ${TAGRID_ZSTD_SOURCES})

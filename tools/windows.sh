@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds for Windows on x86-64, with Debian's mingw-w64: the half of the library that reads blocks, in
-# build/windows/reading, and read_blocks.exe; with --program, also tagrid.exe, in build/windows/program. Both need nothing
-# but Windows.
+# build/windows/reading, also as tagrid_reading.dll, and read_blocks.exe, which needs nothing but Windows; read_blocks_dll.exe
+# needs the DLL. With --program, also tagrid.exe, in build/windows/program.
 #   tools/windows.sh [--program] [BUILD_FOLDER]      default: build/windows
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -17,13 +17,14 @@ tools/debian_source.sh "$build" zstd
 tools/debian_headers.sh "$build/include"
 reading=$build/reading
 cmake -S . -B "$reading" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/toolchains/windows-x64.cmake" \
-  -DTAGRID_READING_ONLY=ON -DTAGRID_WERROR=ON -DTAGRID_ZSTD_SOURCES="$build/zstd/lib" -DTAGRID_DEBIAN_HEADERS="$build/include" \
+  -DTAGRID_READING_ONLY=ON -DTAGRID_UNITY=most -DTAGRID_WERROR=ON -DTAGRID_ZSTD_SOURCES="$build/zstd/lib" -DTAGRID_DEBIAN_HEADERS="$build/include" \
   >"$build/reading.log" || { cat "$build/reading.log" >&2; exit 70; }
 cmake --build "$reading" >"$build/reading.log" || { cat "$build/reading.log" >&2; exit 70; }
 x86_64-w64-mingw32-gcc-posix -std=c11 -O2 -Iinclude -c tests/library/read_blocks.c -o "$reading/read_blocks.o"
 x86_64-w64-mingw32-g++-posix -static "$reading/read_blocks.o" "$reading/libtagrid_reading.a" "$reading/libzstd_decompress.a" \
   "$reading/libxxhash.a" -Wl,--gc-sections -s -o "$reading/read_blocks.exe"
-ls -l "$reading/read_blocks.exe"
+x86_64-w64-mingw32-gcc-posix "$reading/read_blocks.o" "$reading/libtagrid_reading.dll.a" -s -o "$reading/read_blocks_dll.exe"
+ls -l "$reading/read_blocks.exe" "$reading/tagrid_reading.dll"
 [ -n "$program" ] || exit 0
 
 tools/windows_libraries.sh "$build/libraries"

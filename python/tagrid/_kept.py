@@ -98,5 +98,6 @@ def _after_fork() -> None:
     _turn = threading.Lock()
 
 
-# Another thread may have held the lock at that moment.
-os.register_at_fork(after_in_child=_after_fork)
+if hasattr(os, "register_at_fork"):  # Windows has no fork
+    # Another thread may have held the lock at that moment.
+    os.register_at_fork(after_in_child=_after_fork)

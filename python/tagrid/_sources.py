@@ -7,13 +7,13 @@ import io
 import os
 import re
 import stat
-import threading
 from typing import Any, Callable
 
 import numpy as np
 
 from ._errors import InputError
 from ._tagrid import Reader
+from ._turns import Turn
 
 
 def describe(source: Any) -> str:
@@ -58,7 +58,7 @@ class VolumeOf:
 
 
 def open_reader(source: Any) -> Reader:
-    """Opens a source: see tagrid.open()."""
+    """Opens a source: see open() of the package."""
     if isinstance(source, OverviewOf):
         return open_reader(source.source).overview(source.factor)
     if isinstance(source, VolumeOf):
@@ -68,7 +68,7 @@ def open_reader(source: Any) -> Reader:
     if is_memory(source):
         if isinstance(source, bytes) and _names_a_file(source):
             raise TypeError(f"{source!r} is taken as the bytes of a .tag file, but is the name of one; a path is a text: "
-                            "tagrid.open(os.fsdecode(path))")
+                            f"{__package__}.open(os.fsdecode(path))")
         # A memoryview of anything but bytes is cast: an array's buffer is its bytes.
         memory = np.ascontiguousarray(source) if isinstance(source, np.ndarray) else source
         return Reader.of_buffer(memoryview(memory).cast("B"), describe(source))
@@ -137,12 +137,12 @@ def _raise_what_python_knows(path: str | bytes) -> None:
     """Python's own exceptions distinguish a missing file from an unreadable one."""
     try:
         # Opening a pipe would wait for its writer.
-        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0))
     except FileNotFoundError:
         if not re.match(r"\w[\w+.-]+://", os.fsdecode(path)):
             raise
-        advice = ("tagrid.open() takes files of this machine; for a URL give fsspec.open(URL).open(), or an object with "
-                  "read_at(offset, size) and size")
+        advice = (f"{__package__}.open() takes files of this machine; for a URL give fsspec.open(URL).open(), or an object "
+                  "with read_at(offset, size) and size")
         raise FileNotFoundError(errno.ENOENT, advice, shown_address(os.fsdecode(path))) from None
     try:
         if stat.S_ISDIR(os.fstat(descriptor).st_mode):
@@ -152,7 +152,9 @@ def _raise_what_python_knows(path: str | bytes) -> None:
 
 
 def _is_on_disk(source: Any) -> bool:
-    """Whether a Python file returns the bytes of its descriptor directly."""
+    """Whether a Python file returns the bytes of its descriptor directly. Windows does not read at offsets."""
+    if not hasattr(os, "pread"):
+        return False
     raw = getattr(source, "raw", source) if isinstance(source, (io.BufferedReader, io.BufferedRandom)) else source
     return type(raw) is io.FileIO and raw.readable() and stat.S_ISREG(os.fstat(raw.fileno()).st_mode)
 
@@ -192,7 +194,7 @@ class _FileObject:
 
     def __init__(self, file: Any):
         self._file = file
-        self._turn = threading.Lock()
+        self._turn = Turn()
         with self._turn:
             end = file.seek(0, os.SEEK_END)
             self.size = _checked_size(file.tell() if end is None else end)

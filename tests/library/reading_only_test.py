@@ -7,11 +7,13 @@ golden file as the program does: for this system, and for Windows, under Wine.
 
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
 import unittest
+import zipfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM, FOLDER = (pathlib.Path(argument).resolve() for argument in sys.argv[1:3])
@@ -49,7 +51,8 @@ class Decodes:
 class ThisSystem(Decodes, unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        run("cmake", "-S", ROOT, "-B", FOLDER, "-G", "Ninja", "-DTAGRID_READING_ONLY=ON", "-DTAGRID_WERROR=ON")
+        run("cmake", "-S", ROOT, "-B", FOLDER, "-G", "Ninja", "-DTAGRID_READING_ONLY=ON", "-DTAGRID_UNITY=most",
+            "-DTAGRID_WERROR=ON")
         run("cmake", "--build", FOLDER)
         cls.reader = [FOLDER / "read_blocks"]
         run("cc", "-std=c11", "-c", f"-I{ROOT / 'include'}", ROOT / "tests/library/read_blocks.c",
@@ -75,11 +78,44 @@ class Windows(Decodes, unittest.TestCase):
         os.environ.update(WINEPREFIX=prefix.name, WINEDEBUG="-all")
         cls.reader = [WINE, folder / "reading/read_blocks.exe"]
 
+    def described(self, program):
+        return run("x86_64-w64-mingw32-objdump", "-p", program).decode()
+
+    def libraries(self, program):
+        return {line.split()[-1].lower() for line in self.described(program).splitlines() if "DLL Name:" in line}
+
     def test_it_needs_only_windows(self):
-        program = self.reader[-1]
-        names = run("x86_64-w64-mingw32-objdump", "-p", program).decode()
-        libraries = {line.split()[-1].lower() for line in names.splitlines() if "DLL Name:" in line}
-        self.assertLessEqual(libraries, {"kernel32.dll", "msvcrt.dll"})
+        self.assertLessEqual(self.libraries(self.reader[-1]), {"kernel32.dll", "msvcrt.dll"})
+
+
+class WindowsLibrary(Windows):
+    """The same program, with the DLL that the wheel of tagrid-reader has."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.folder = cls.reader[-1].parent
+        cls.reader = [WINE, cls.folder / "read_blocks_dll.exe"]
+
+    def test_it_needs_only_windows(self):
+        self.assertLessEqual(self.libraries(self.folder / "tagrid_reading.dll"), {"kernel32.dll", "msvcrt.dll"})
+        self.assertIn("tagrid_reading.dll", self.libraries(self.reader[-1]))
+
+    def test_it_exports_its_interface_and_nothing_else(self):
+        table = self.described(self.folder / "tagrid_reading.dll").partition("[Ordinal/Name Pointer] Table")[2]
+        names = set(re.findall(r"^\t\[ *\d+\] (\w+)", table, re.MULTILINE))
+        header = (ROOT / "include/tagrid/tagrid_blocks.h").read_text()
+        declared = set(re.findall(r"^TAGRID_API .*\b(tagrid_\w+)\(", header, re.MULTILINE))
+        self.assertEqual(names, declared | {"tagrid_version", "tagrid_status_text", "tagrid_info_init_sized"})
+
+    def test_the_wheel_is_for_every_python_of_windows(self):
+        with tempfile.TemporaryDirectory() as folder:
+            run("env", f"TAGRID_BUILD={FOLDER.parent / 'windows'}", ROOT / "tools/reader_wheel.sh", "windows", folder)
+            wheel, = pathlib.Path(folder).glob("*.whl")
+            self.assertRegex(wheel.name, r"^tagrid_reader-[\d.rc]+-py3-none-win_amd64\.whl$")
+            with zipfile.ZipFile(wheel) as content:
+                library = content.read("tagrid_reader/tagrid_reading.dll")
+                self.assertEqual(library, (self.folder / "tagrid_reading.dll").read_bytes())
 
 
 if __name__ == "__main__":
