@@ -8,7 +8,7 @@
 # for others (TAGRID_UNITY=most): they need zlib and bzip2, set signals or read the environment, or need what does. Within the
 # file of a room they would bring that into all programs that link the library's archive
 # (tests/library/installed_prefix_test.py).
-# A source posix_NAME.cpp has a twin windows_NAME.cpp; one of them is compiled.
+# A source such as posix_files.cpp has a twin, windows_files.cpp; one of them is compiled.
 if(WIN32)
   set(TAGRID_SYSTEM windows)
   set(TAGRID_OTHER_SYSTEM posix)

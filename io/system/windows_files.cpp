@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "io/system/files.h"
+#include "io/system/on_windows.h"
 #include "io/system/this_process.h"
-#include "io/system/windows.h"
 #include "io/text/paths.h"
 
 namespace tagrid {

@@ -5,8 +5,8 @@
 
 #include <cstdlib>
 
+#include "io/system/on_windows.h"
 #include "io/system/this_process.h"
-#include "io/system/windows.h"
 // After <windows.h>, which it needs.
 #include <shellapi.h>
 

@@ -4,8 +4,8 @@
 
 #include "io/errors/errors.h"
 #include "io/system/files.h"
+#include "io/system/on_windows.h"
 #include "io/system/signals.h"
-#include "io/system/windows.h"
 
 namespace tagrid {
 namespace {

@@ -1,4 +1,4 @@
-#include "io/system/windows.h"
+#include "io/system/on_windows.h"
 // After <windows.h>, which it needs.
 #include <psapi.h>
 #define RtlGenRandom SystemFunction036
