@@ -39,7 +39,8 @@ bool is_step_on_windows(std::string_view step) {
 std::filesystem::path path_of(std::string_view text) { return std::u8string(text.begin(), text.end()); }
 
 std::string text_of(const std::filesystem::path& path) {
-  const std::u8string text = path.generic_u8string();
+  // The generic form would also join slashes: here, a path stays as it was given.
+  const std::u8string text = is_windows ? path.generic_u8string() : path.u8string();
   return {text.begin(), text.end()};
 }
 

@@ -460,7 +460,7 @@ test("on a phone, whatever is touched has 44 pixels", async () => {
     for (const tab of ["space", "axial"]) {
       await page.evaluate(`document.querySelector("[data-tab=${tab}]").click()`);
       assert.deepEqual(
-        await page.evaluate(`[...document.querySelectorAll("button, label.button, select, input:not(#file), summary")]
+        await page.evaluate(`[...document.querySelectorAll("button, label.button, select, input:not([type=file]), summary")]
         .filter((e) => e.checkVisibility()).map((e) => [e.outerHTML.slice(0, 80), e.getBoundingClientRect()])
         .filter(([, { width, height }]) => width < 44 || height < 44).map(([text, { width, height }]) => text + " " + width + " x " + height)`),
         [],

@@ -58,7 +58,7 @@ function makeView(name, section, ofState) {
   canvas.tabIndex = 0;
   canvas.setAttribute("role", "img");
   const slider = document.createElement("input");
-  Object.assign(slider, { type: "range", min: 0, className: "slices" });
+  Object.assign(slider, { type: "range", min: 0, className: "slices", ariaLabel: `number of the ${name} slice` });
   slider.addEventListener("input", () => {
     const position = [...state.position];
     position[view.normal] = slider.valueAsNumber;
