@@ -27,7 +27,5 @@ std::string text(std::wstring_view path);
 
 /// The handle of an open file of files(), or INVALID_HANDLE_VALUE.
 HANDLE handle_of(int file);
-/// Makes a handle an open file, which closes it.
-int file_of(HANDLE handle);
 
 }  // namespace tagrid::windows

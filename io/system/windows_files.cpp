@@ -57,7 +57,7 @@ class OpenFiles {
       *free = file;
     return number;
   }
-  /// Sets errno if there is none. What it points to stays where it is until the file is closed.
+  /// The file with this number; nullptr and errno if there is none. The pointer is valid until the file is closed.
   OpenFile* find(int number) {
     const std::lock_guard lock(mutex_);
     const bool is_open = number >= 0 && static_cast<std::size_t>(number) < files_.size() &&
@@ -81,15 +81,15 @@ OpenFiles& open_files() {
   return all;
 }
 
+// Windows counts units of 100 ns since 1601: so many a second, and so many seconds until 1970.
+constexpr std::int64_t units = 10'000'000, until_1970 = 11'644'473'600;
+
 FileTime time_of(const FILETIME& time) {
-  // In units of 100 ns, since 1601.
-  constexpr std::int64_t units = 10'000'000, until_1970 = 11'644'473'600;
   const std::int64_t since_1601 = static_cast<std::int64_t>(time.dwHighDateTime) << 32 | time.dwLowDateTime;
   return {since_1601 / units - until_1970, since_1601 % units * 100};
 }
 
 FILETIME filetime_of(const FileTime& time) {
-  constexpr std::int64_t units = 10'000'000, until_1970 = 11'644'473'600;
   const std::int64_t since_1601 = (time.seconds + until_1970) * units + time.nanoseconds / 100;
   return {static_cast<DWORD>(since_1601 & 0xFFFFFFFF), static_cast<DWORD>(since_1601 >> 32)};
 }
@@ -352,7 +352,7 @@ class SystemFiles final : public FileSystem {
       if ((attributes & FILE_ATTRIBUTE_REPARSE_POINT) == 0) return refuse(EISDIR);
       return RemoveDirectoryW(name.c_str()) != 0 || fail();
     }
-    // POSIX removes what may not be written, too.
+    // POSIX also removes read-only files.
     if ((attributes & FILE_ATTRIBUTE_READONLY) != 0) SetFileAttributesW(name.c_str(), FILE_ATTRIBUTE_NORMAL);
     return DeleteFileW(name.c_str()) != 0 || fail();
   }
@@ -508,8 +508,6 @@ HANDLE handle_of(int number) {
   const OpenFile* const file = open_files().find(number);
   return file == nullptr ? INVALID_HANDLE_VALUE : file->handle;
 }
-
-int file_of(HANDLE handle) { return open_files().add(opened(handle)); }
 
 }  // namespace windows
 

@@ -12,7 +12,7 @@ namespace {
 
 void (*end_handler)(int) = nullptr;
 
-/// Windows calls it in a thread of its own.
+/// Windows calls it in a separate thread.
 BOOL WINAPI on_control(DWORD event) {
   const auto handler = std::exchange(end_handler, nullptr);
   if (handler == nullptr) return FALSE;
