@@ -1,10 +1,14 @@
 #include <fmt/format.h>
+#include <fmt/xchar.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstring>
 #include <deque>
+#include <limits>
 #include <mutex>
+#include <new>
 #include <vector>
 
 #include "io/system/files.h"
@@ -106,7 +110,17 @@ bool status_from(HANDLE handle, FileStatus& status) {
   status.mode = 0666;
   if (GetFileType(handle) != FILE_TYPE_DISK) return true;
   BY_HANDLE_FILE_INFORMATION found;
-  if (GetFileInformationByHandle(handle, &found) == 0) return fail();
+  if (GetFileInformationByHandle(handle, &found) == 0) {
+    // Of a file of Linux that a shell redirects to a program, Wine knows the size only.
+    LARGE_INTEGER size;
+    if (GetFileSizeEx(handle, &size) == 0) return fail();
+    status.type = FileType::regular;
+    status.size = static_cast<std::uint64_t>(size.QuadPart);
+    // Not the same file as any other.
+    status.device = std::numeric_limits<std::uint64_t>::max();
+    status.number = reinterpret_cast<std::uintptr_t>(handle);
+    return true;
+  }
   FILE_ATTRIBUTE_TAG_INFO tag = {};
   GetFileInformationByHandleEx(handle, FileAttributeTagInfo, &tag, sizeof tag);
   FILE_STANDARD_INFO standard = {};
@@ -332,9 +346,14 @@ class SystemFiles final : public FileSystem {
   }
 
   bool rename(const std::string& from, const std::string& to) override {
-    return MoveFileExW(native(from).c_str(), native(to).c_str(),
-                       MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH) != 0 ||
-           fail();
+    const std::wstring source = native(from), target = native(to);
+    if (source.empty() || target.empty()) return false;
+    if (rename_as_posix(source, target)) return true;
+    if (MoveFileExW(source.c_str(), target.c_str(), MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH) != 0)
+      return true;
+    const DWORD error = GetLastError();
+    if (error != ERROR_ACCESS_DENIED || is_folder_at(target)) return fail(error);
+    return rename_over_open(source, target);
   }
   bool rename_to_new(const std::string& from, const std::string& to) override {
     return MoveFileExW(native(from).c_str(), native(to).c_str(), MOVEFILE_WRITE_THROUGH) != 0 || fail();
@@ -405,6 +424,40 @@ class SystemFiles final : public FileSystem {
   static bool refuse(int error) {
     errno = error;
     return false;
+  }
+  /// A file that is open loses its name, and is removed when it is closed. Windows 10 and 11 do this on NTFS.
+  static bool rename_as_posix(const std::wstring& from, const std::wstring& to) {
+    constexpr auto rename_ex = static_cast<FILE_INFO_BY_HANDLE_CLASS>(22);  // FileRenameInfoEx
+    constexpr DWORD replaces = 1, as_posix = 2;
+    const HANDLE file = CreateFileW(from.c_str(), DELETE, shared_by_all, nullptr, OPEN_EXISTING,
+                                    FILE_FLAG_BACKUP_SEMANTICS | FILE_FLAG_OPEN_REPARSE_POINT, nullptr);
+    if (file == INVALID_HANDLE_VALUE) return false;
+    std::vector<std::byte> bytes(sizeof(FILE_RENAME_INFO) + to.size() * sizeof(wchar_t));
+    auto* const info = new (bytes.data()) FILE_RENAME_INFO{};
+    // The flags lie where the older call has its only one.
+    const DWORD flags = replaces | as_posix;
+    std::memcpy(info, &flags, sizeof flags);
+    info->FileNameLength = static_cast<DWORD>(to.size() * sizeof(wchar_t));
+    std::memcpy(info->FileName, to.data(), to.size() * sizeof(wchar_t));
+    const bool is_renamed =
+        SetFileInformationByHandle(file, rename_ex, info, static_cast<DWORD>(bytes.size())) != 0;
+    CloseHandle(file);
+    return is_renamed;
+  }
+  /// Elsewhere, the file that is open gets another name first, and keeps it if this fails or the program ends here.
+  static bool rename_over_open(const std::wstring& from, const std::wstring& to) {
+    std::array<unsigned char, 8> random;
+    if (!fill_with_random(random)) return false;
+    std::wstring aside = to.substr(0, to.find_last_of(L'\\') + 1) + L".tagrid.replaced";
+    for (const unsigned char byte : random) aside += fmt::format(L"{:02x}", byte);
+    if (MoveFileExW(to.c_str(), aside.c_str(), MOVEFILE_WRITE_THROUGH) == 0) return fail();
+    if (MoveFileExW(from.c_str(), to.c_str(), MOVEFILE_WRITE_THROUGH) == 0) {
+      const DWORD error = GetLastError();
+      MoveFileExW(aside.c_str(), to.c_str(), MOVEFILE_WRITE_THROUGH);
+      return fail(error);
+    }
+    DeleteFileW(aside.c_str());
+    return true;
   }
   static DWORD with_mode(DWORD attributes, unsigned mode) {
     constexpr unsigned owner_writes = 0200;
