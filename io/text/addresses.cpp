@@ -20,7 +20,7 @@ bool is_address(std::string_view text) {
 
 bool has_scheme(std::string_view text) {
   const std::string scheme = lower_case(text.substr(0, text.find(":/")));
-  return scheme.size() < text.size() && !scheme.empty() && scheme[0] >= 'a' && scheme[0] <= 'z' &&
+  return scheme.size() < text.size() && scheme.size() > 1 && scheme[0] >= 'a' && scheme[0] <= 'z' &&
          scheme.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789+-.") == scheme.npos;
 }
 

@@ -10,7 +10,7 @@ namespace tagrid {
 bool is_address(std::string_view text);
 
 /// True for texts that begin as addresses do, with a scheme and ":/": also gs:// and http:/ (a slash is missing). A file
-/// can have such a name, if a directory is called "gs:".
+/// can have such a name, if a directory is called "gs:". One letter is a drive of Windows, as in "C:/scans".
 bool has_scheme(std::string_view text);
 
 /// True if a signature is in the query of an address: whoever has the address may read what is there.

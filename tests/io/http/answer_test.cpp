@@ -137,9 +137,10 @@ TEST(Address, OnlyThreeSchemesAreAddresses) {
 }
 
 TEST(Address, OtherSchemesAreSeen) {
-  for (const char* text : {"gs://a/b", "az://a", "http:/a", "FILE:///a", "git+ssh://a", "s3://a/b", "a:/"})
+  for (const char* text : {"gs://a/b", "az://a", "http:/a", "FILE:///a", "git+ssh://a", "s3://a/b", "gs:/a"})
     EXPECT_TRUE(has_scheme(text)) << text;
-  for (const char* text : {"", ":/", "://a", "a:b", "a", "./gs://a", "d/gs://a", "1a:/b", "a b:/c"})
+  for (const char* text :
+       {"", ":/", "://a", "a:b", "a", "./gs://a", "d/gs://a", "1a:/b", "a b:/c", "C:/scans"})
     EXPECT_FALSE(has_scheme(text)) << text;
 }
 
