@@ -56,8 +56,21 @@ function(tagrid_write_sbom)
     "libimath-dev|Imath|BSD-3-Clause|Imath/ImathConfig.h|Imath|DYNAMIC_LINK"
     "libboost-dev|Boost|BSL-1.0|boost/any.hpp|-|STATIC_LINK")
   if(TAGRID_STATIC)
-    # The program alone: without what only readers use, and without the library that it cannot load.
-    list(FILTER dependencies EXCLUDE REGEX "^lib(curl|tiff|dcmtk|openjp2|jxl|gsf|glib|hdf5|blosc|pugixml|openvdb|imath|boost)|^pkgconf")
+    # Without the library that it cannot load, and without what it has no readers for.
+    set(left_out curl|jxl|gsf|glib|blosc|openvdb|imath|boost)
+    if(NOT TAGRID_STATIC_READERS)
+      string(APPEND left_out |tiff|dcmtk|openjp2|hdf5|pugixml)
+    endif()
+    list(FILTER dependencies EXCLUDE REGEX "^lib(${left_out})|^pkgconf")
+    if(TAGRID_STATIC_READERS)
+      # What libtiff and HDF5 use in turn.
+      list(APPEND dependencies
+        "libjpeg-dev|libjpeg-turbo|IJG|jpeglib.h|libjpeg|DYNAMIC_LINK"
+        "libwebp-dev|libwebp|BSD-3-Clause|webp/decode.h|libwebp|DYNAMIC_LINK"
+        "libdeflate-dev|libdeflate|MIT|libdeflate.h|libdeflate|DYNAMIC_LINK"
+        "liblzma-dev|XZ Utils|LicenseRef-public-domain|lzma.h|liblzma|DYNAMIC_LINK"
+        "libaec-dev|libaec|BSD-2-Clause|libaec.h|-|DYNAMIC_LINK")
+    endif()
     list(TRANSFORM dependencies REPLACE "DYNAMIC_LINK" "STATIC_LINK")
   endif()
   if(TARGET tagrid_python)

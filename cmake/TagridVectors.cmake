@@ -17,3 +17,8 @@ endif()
 if(TAGRID_SCALAR OR "${TAGRID_WASM_KIND}" STREQUAL "scalar")
   target_compile_definitions(tagrid_hwy INTERFACE HWY_COMPILE_ONLY_SCALAR)
 endif()
+# Highway 1.0 has NEON only with the instructions for AES, and gcc inlines its classes only where all of a source may use them.
+# Of the processors with arm64 that people compute with, only those of the Raspberry Pi 4 and older lack them.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64" AND NOT APPLE AND NOT TAGRID_SCALAR)
+  target_compile_options(tagrid_hwy INTERFACE -march=armv8-a+crypto)
+endif()

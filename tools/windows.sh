@@ -27,9 +27,9 @@ x86_64-w64-mingw32-gcc-posix "$reading/read_blocks.o" "$reading/libtagrid_readin
 ls -l "$reading/read_blocks.exe" "$reading/tagrid_reading.dll"
 [ -n "$program" ] || exit 0
 
-tools/windows_libraries.sh "$build/libraries"
+tools/cross_libraries.sh windows-x64 "$build/libraries"
 cmake -S . -B "$build/program" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/toolchains/windows-x64.cmake" \
-  -DTAGRID_WINDOWS_LIBRARIES="$build/libraries" -DTAGRID_STATIC=ON -DTAGRID_UNITY=most >"$build/program.log" ||
+  -DTAGRID_CROSS_LIBRARIES="$build/libraries" -DTAGRID_STATIC=ON -DTAGRID_UNITY=most >"$build/program.log" ||
   { cat "$build/program.log" >&2; exit 70; }
 cmake --build "$build/program" --target tagrid >"$build/program.log" || { cat "$build/program.log" >&2; exit 70; }
 ls -l "$build/program/tagrid.exe"

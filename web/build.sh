@@ -24,7 +24,7 @@ include=$build/include
 tools/debian_headers.sh "$include"
 
 for kind in simd scalar; do
-  flags="-include $root/web/decoder/libcxx.h"
+  flags="-include $root/cmake/toolchains/libcxx.h"
   [ "$kind" = simd ] && flags="-msimd128 $flags"
   if [ ! -f "$build/$kind/build.ninja" ]; then
     emcmake cmake -S "$root" -B "$build/$kind" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_READING_ONLY=ON \

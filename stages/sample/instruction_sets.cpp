@@ -10,25 +10,36 @@ namespace tagrid {
 namespace {
 
 #if HWY_ARCH_X86
-// What Highway tells the compiler to use in each set; see hwy/ops/set_macros-inl.h. The compiler's function
-// does not know two of these features.
-bool has_lzcnt_and_f16c() {
+struct Registers {
   unsigned a = 0, b = 0, c = 0, d = 0;
-  const bool f16c = __get_cpuid(1, &a, &b, &c, &d) != 0 && (c & bit_F16C) != 0;
-  return f16c && __get_cpuid(0x80000001, &a, &b, &c, &d) != 0 && (c & bit_LZCNT) != 0;
+};
+
+Registers cpuid(unsigned leaf) {
+  Registers found;
+  __get_cpuid_count(leaf, 0, &found.a, &found.b, &found.c, &found.d);
+  return found;
 }
 
+/// The registers that the system keeps for each thread: XCR0 (Intel's manual, volume 1, 13.3).
+unsigned kept_registers() {
+  unsigned low = 0, high = 0;
+  __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+  return low;
+}
+
+// Not __builtin_cpu_supports(): it does not know two of these features, and not every compiler's library has it.
 std::int64_t sets_of_machine() {
-  __builtin_cpu_init();
-  if (!__builtin_cpu_supports("sse4.1") || !__builtin_cpu_supports("sse4.2") ||
-      !__builtin_cpu_supports("ssse3") || !__builtin_cpu_supports("aes") || !__builtin_cpu_supports("pclmul"))
-    return 0;
-  if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("bmi") || !__builtin_cpu_supports("bmi2") ||
-      !__builtin_cpu_supports("fma") || !has_lzcnt_and_f16c())
+  const auto has = [](unsigned found, unsigned bits) { return (found & bits) == bits; };
+  // What Highway tells the compiler to use in each set; see hwy/ops/set_macros-inl.h.
+  const Registers basic = cpuid(1), more = cpuid(7), extended = cpuid(0x80000001);
+  if (!has(basic.c, bit_SSSE3 | bit_SSE4_1 | bit_SSE4_2 | bit_AES | bit_PCLMUL)) return 0;
+  constexpr unsigned of_avx = 0x6, of_avx512 = 0xE6;
+  const unsigned kept = has(basic.c, bit_OSXSAVE) ? kept_registers() : 0;
+  if (!has(kept, of_avx) || !has(basic.c, bit_AVX | bit_FMA | bit_F16C) ||
+      !has(more.b, bit_AVX2 | bit_BMI | bit_BMI2) || !has(extended.c, bit_LZCNT))
     return HWY_SSE4;
-  if (!__builtin_cpu_supports("avx512f") || !__builtin_cpu_supports("avx512vl") ||
-      !__builtin_cpu_supports("avx512dq") || !__builtin_cpu_supports("avx512bw") ||
-      !__builtin_cpu_supports("avx512cd"))
+  if (!has(kept, of_avx512) ||
+      !has(more.b, bit_AVX512F | bit_AVX512VL | bit_AVX512DQ | bit_AVX512BW | bit_AVX512CD))
     return HWY_SSE4 | HWY_AVX2;
   return HWY_SSE4 | HWY_AVX2 | HWY_AVX3;
 }

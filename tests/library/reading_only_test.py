@@ -1,8 +1,8 @@
 """The half of the library that reads blocks is built alone, with no library but zstd's and xxHash's, and decodes every
 golden file as the program does: for this system, and for Windows, under Wine.
 
-    reading_only_test.py PROGRAM FOLDER
-        FOLDER: where it is built. With TAGRID_LONG=1, as that takes minutes.
+    reading_only_test.py PROGRAM FOLDER [CLASS ...]
+        FOLDER: where it is built. With TAGRID_LONG=1, as that takes minutes. CLASS: only these tests.
 """
 
 import os
@@ -120,6 +120,6 @@ class WindowsLibrary(Windows):
 
 if __name__ == "__main__":
     if "TAGRID_LONG" in os.environ:
-        unittest.main(argv=sys.argv[:1])
+        unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
     else:
         print("skipped: compiles half of the library again: set TAGRID_LONG=1")

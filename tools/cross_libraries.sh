@@ -1,13 +1,20 @@
 #!/usr/bin/env bash
-# Builds the libraries of tagrid.exe with Debian's mingw-w64, from Debian's source packages:
-#   tools/windows_libraries.sh FOLDER      their sources in FOLDER/sources, the libraries in FOLDER/{include,lib}
+# Builds the libraries of the program for another machine, from Debian's source packages:
+#   tools/cross_libraries.sh windows-x64|linux-arm64 FOLDER
+# with the compilers that cmake/toolchains names; their sources in FOLDER/sources, the libraries in FOLDER/{include,lib}.
 # What is there already is left as it is.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-folder=$(realpath -m "$1")
+machine=$1
+folder=$(realpath -m "$2")
 sources=$folder/sources
-host=x86_64-w64-mingw32
-tools/debian_source.sh "$sources" zstd xxhash onetbb bzip2 libpng1.6 libisal libsodium sqlite3
+wanted=(zstd xxhash onetbb zlib bzip2 libpng1.6 libisal libsodium sqlite3)
+case "$machine" in
+  windows-x64) host=x86_64-w64-mingw32 compiler=$host-gcc-posix ;;
+  linux-arm64) host=aarch64-linux-gnu compiler=$host-gcc wanted+=(libseccomp) ;;
+  *) echo "usage: $0 windows-x64|linux-arm64 FOLDER" >&2; exit 64 ;;
+esac
+tools/debian_source.sh "$sources" "${wanted[@]}"
 tools/debian_headers.sh "$folder/include" CLI nlohmann isa-l isa-l.h
 ln -sfn "/usr/include/$(gcc -print-multiarch)/curl" "$folder/include/curl"
 mkdir -p "$folder/lib"
@@ -18,17 +25,19 @@ archive() {
   shift
   [ -f "$folder/lib/lib$name.a" ] && return
   objects=$(mktemp -d)
-  (cd "$objects" && "$host-gcc-posix" -O2 -c "$@" && "$host-ar" rcs "$folder/lib/lib$name.a" ./*.o)
+  (cd "$objects" && "$compiler" -O2 -fPIC -c "$@" && "$host-ar" rcs "$folder/lib/lib$name.a" ./*.o)
   rm -rf "$objects"
 }
 
 archive zstd -DZSTD_DISABLE_ASM -DZSTD_MULTITHREAD=0 "$sources"/zstd/lib/{common,compress,decompress}/*.c
 cp "$sources"/zstd/lib/{zstd,zstd_errors}.h "$folder/include"
 archive xxhash "$sources/xxhash/xxhash.c"
+archive z "$sources"/zlib/{adler32,compress,crc32,deflate,infback,inffast,inflate,inftrees,trees,uncompr,zutil}.c
+cp "$sources"/zlib/{zlib,zconf}.h "$folder/include"
 archive bz2 -D_FILE_OFFSET_BITS=64 "$sources"/bzip2/{blocksort,huffman,crctable,randtable,compress,decompress,bzlib}.c
 cp "$sources/bzip2/bzlib.h" "$folder/include"
 cp "$sources/libpng1.6/scripts/pnglibconf.h.prebuilt" "$sources/libpng1.6/pnglibconf.h"
-archive png "$sources"/libpng1.6/png{,error,get,mem,pread,read,rio,rtran,rutil,set,trans,wio,write,wtran,wutil}.c -DPNG_INTEL_SSE_OPT=0
+archive png "$sources"/libpng1.6/png{,error,get,mem,pread,read,rio,rtran,rutil,set,trans,wio,write,wtran,wutil}.c -DPNG_INTEL_SSE_OPT=0 -DPNG_ARM_NEON_OPT=0 -I"$folder/include"
 cp "$sources"/libpng1.6/{png,pngconf,pnglibconf}.h "$folder/include"
 # Without its assembler: parity needs the portable sources.
 archive isal -I"$sources/libisal/include" "$sources"/libisal/erasure_code/ec_base{,_aliases}.c "$sources"/libisal/crc/crc{,64}_base.c "$sources"/libisal/crc/crc_base_aliases.c
@@ -47,7 +56,10 @@ cp -r "$sodium/include/sodium.h" "$sodium/include/sodium" "$folder/include"
 if [ ! -f "$folder/lib/libtbb12.a" ]; then
   cmake -S "$sources/onetbb" -B "$folder/onetbb" -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF -DTBB_TEST=OFF \
     -DTBBMALLOC_BUILD=OFF -DTBB_STRICT=OFF -DTBB_DISABLE_HWLOC_AUTOMATIC_SEARCH=ON -DTBB_ENABLE_IPO=OFF \
-    -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/toolchains/windows-x64.cmake" -DCMAKE_INSTALL_PREFIX="$folder" >/dev/null
+    -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/toolchains/$machine.cmake" -DCMAKE_INSTALL_PREFIX="$folder" >/dev/null
   cmake --build "$folder/onetbb" --target install >/dev/null
+fi
+if [ "$machine" = linux-arm64 ] && [ ! -f "$folder/lib/libseccomp.a" ]; then
+  (cd "$sources/libseccomp" && ./configure --host="$host" --disable-shared --prefix="$folder" >/dev/null && make -s install >/dev/null)
 fi
 ls "$folder/lib"

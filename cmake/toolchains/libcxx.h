@@ -1,6 +1,6 @@
-// What Debian 12's emscripten (clang 14, libc++ 13) lacks of C++20, as far as the decoder uses it. It is
-// compiled in front of each source, so that the sources need not know. Debian 13's (libc++ 18) lacks only
-// from_chars() of floating-point numbers.
+// What the C++ library of Debian 12's emscripten (clang 14, libc++ 13) lacks of C++20, as far as the half of libtagrid that
+// reads uses it. It is compiled in front of each source, so that the sources need not know. Debian 13's (libc++ 18) and that
+// of zig for macOS (libc++ 16) lack only from_chars() of floating-point numbers.
 #pragma once
 
 #include <algorithm>
@@ -62,14 +62,25 @@ void stable_sort(Range&& range, Less less, Projection projection) {
 #endif
 
 #if defined(_LIBCPP_VERSION) && _LIBCPP_VERSION < 200000
-// Number() of some characters.
+#ifdef __wasm__
+// Number() of some characters. JavaScript rounds as well as strtod, which would be 13 kB of the module.
 extern "C" __attribute__((import_module("tagrid"), import_name("number"))) double tagrid_number_of_javascript(
     const char* text, std::size_t bytes);
+inline double tagrid_number(const char* text, std::size_t bytes) {
+  return tagrid_number_of_javascript(text, bytes);
+}
+#else
+#include <xlocale.h>
+#include <cstdlib>
+inline double tagrid_number(const char* text, std::size_t bytes) {
+  static const locale_t point = newlocale(LC_ALL_MASK, "C", nullptr);
+  return strtod_l(std::string(text, bytes).c_str(), nullptr, point);
+}
+#endif
 
 namespace std {
 
-// A number as std::from_chars reads it: no blanks, no plus sign and no hexadecimal digits. JavaScript rounds
-// as well as strtod, which would be 13 kB of the module.
+// A number as std::from_chars reads it: no blanks, no plus sign and no hexadecimal digits.
 inline from_chars_result from_chars(const char* first, const char* last, double& value) {
   const char* at = first;
   const auto take = [&](auto is_wanted) {
@@ -104,7 +115,7 @@ inline from_chars_result from_chars(const char* first, const char* last, double&
     if (at != last && (*at == '-' || *at == '+')) ++at;
     if (!take(is_digit)) at = mantissa;
   }
-  const double read = tagrid_number_of_javascript(first, static_cast<size_t>(at - first));
+  const double read = tagrid_number(first, static_cast<size_t>(at - first));
   // Digits that are too large for a double are no number, but "inf" is.
   if (read - read != 0) return {at, errc::result_out_of_range};
   value = read;
