@@ -1,31 +1,32 @@
 #!/usr/bin/env bash
 # Builds a wheel of the Python package tagrid-reader, which only reads: one for all Pythons of a system; see
 # docs/packages.md.
-#   tools/reader_wheel.sh [linux|windows] [FOLDER]      default: linux, for this processor; FOLDER: build/packages
-# It is built in build/reader or build/windows; with TAGRID_BUILD=FOLDER, there. With TAGRID_READER_LIBRARY=FILE, the
-# wheel has this library of Linux, and nothing is built.
+#   tools/reader_wheel.sh [SYSTEM] [FOLDER]      SYSTEM: linux-x86_64, by default, linux-aarch64, macos-arm64,
+#                                                macos-x86_64 or windows; FOLDER: build/packages
+# It is built by tools/reader_library.sh, or by tools/windows.sh; with TAGRID_BUILD=FOLDER, there. With
+# TAGRID_READER_LIBRARY=FILE, the wheel has this library of Linux, and nothing is built.
 set -euo pipefail
-system=${1:-linux}
+system=${1:-linux-x86_64}
 folder=$(realpath -m "${2:-$(dirname "$0")/../build/packages}")
 cd "$(dirname "$0")/.."
 debian=/usr/share/doc
 
 case "$system" in
-  linux)
-    build=$(realpath -m "${TAGRID_BUILD:-build/reader}")
+  linux-*|macos-*)
+    build=$(realpath -m "${TAGRID_BUILD:-build/reader/$system}")
     name=libtagrid_reading.so
+    platform=manylinux_2_17_${system#linux-}
+    if [[ $system = macos-* ]]; then name=libtagrid_reading.dylib platform=macosx_11_0_${system#macos-}; fi
     library=${TAGRID_READER_LIBRARY:-$build/$name}
     if [ -z "${TAGRID_READER_LIBRARY:-}" ]; then
-      mkdir -p "$build"
-      log=$build/log
-      cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_READING_ONLY=ON -DTAGRID_UNITY=most \
-        -DTAGRID_WERROR=ON >"$log" || { cat "$log" >&2; exit 70; }
-      cmake --build "$build" --target tagrid_reading_shared >"$log" || { cat "$log" >&2; exit 70; }
+      tools/reader_library.sh "$system" "$build" >/dev/null
+    else
+      # The oldest C library that has all symbols.
+      libc=$(readelf -V "$library" | grep -o 'GLIBC_2[0-9.]*' | cut -d_ -f2 | { cat; echo 2.5; } | sort -uV | tail -1)
+      platform=manylinux_${libc//./_}_$(uname -m)
     fi
-    # The wheel is for every C library that has the symbols, down to the oldest that pip knows wheels for.
-    libc=$(readelf -V "$library" | grep -o 'GLIBC_2[0-9.]*' | cut -d_ -f2 | { cat; echo 2.5; } | sort -uV | tail -1)
-    platform=manylinux_${libc//./_}_$(uname -m)
     compiler=("$debian"/libstdc++6/copyright)
+    if [ -z "${TAGRID_READER_LIBRARY:-}" ]; then compiler=("$build"/licenses/*/copyright); fi
     ;;
   windows)
     build=$(realpath -m "${TAGRID_BUILD:-build/windows}")
@@ -35,7 +36,7 @@ case "$system" in
     platform=win_amd64
     compiler=("$debian"/g++-mingw-w64-x86-64-posix/copyright "$debian"/mingw-w64-x86-64-dev/copyright)
     ;;
-  *) echo "usage: $0 [linux|windows] [FOLDER]" >&2; exit 64 ;;
+  *) echo "usage: $0 [linux-x86_64|linux-aarch64|macos-arm64|macos-x86_64|windows] [FOLDER]" >&2; exit 64 ;;
 esac
 
 work=$(mktemp -d)

@@ -70,8 +70,11 @@ inline double tagrid_number(const char* text, std::size_t bytes) {
   return tagrid_number_of_javascript(text, bytes);
 }
 #else
+#include <locale.h>
+#include <stdlib.h>
+#ifdef __APPLE__
 #include <xlocale.h>
-#include <cstdlib>
+#endif
 inline double tagrid_number(const char* text, std::size_t bytes) {
   static const locale_t point = newlocale(LC_ALL_MASK, "C", nullptr);
   return strtod_l(std::string(text, bytes).c_str(), nullptr, point);

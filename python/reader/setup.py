@@ -36,7 +36,7 @@ setup(
     long_description_content_type="text/markdown",
     license="Apache-2.0",
     packages=["tagrid_reader"],
-    package_data={"tagrid_reader": ["py.typed", "*.so", "*.dll", "licenses/*"]},
+    package_data={"tagrid_reader": ["py.typed", "*.so", "*.dylib", "*.dll", "licenses/*"]},
     python_requires=">=3.9",
     install_requires=["numpy"],
     distclass=WithLibrary,
