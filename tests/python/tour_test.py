@@ -27,7 +27,7 @@ BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 class Tour(unittest.TestCase):
     def test_the_code_of_the_document_runs(self):
         # The example of README.md comes first.
-        text = (ROOT / "README.md").read_text().split("## What it saves")[0] + (ROOT / "docs/python.md").read_text()
+        text = (ROOT / "README.md").read_text().split("## What it is not for")[0] + (ROOT / "docs/python.md").read_text()
         names, said = {}, io.StringIO()
         with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), WebServer({}) as server:
             subprocess.run([PROGRAM, "phantom", "--dims", "160,160,96", "-q", "-o", "p.nhdr"], check=True)
