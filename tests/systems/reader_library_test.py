@@ -26,7 +26,7 @@ def run(*command):
 
 def library(system):
     run(ROOT / "tools/reader_library.sh", system, FOLDER / "reader" / system)
-    return next((FOLDER / "reader" / system).glob("libtagrid_reading.*"))
+    return FOLDER / "reader" / system / ("libtagrid_reading.so" if "linux" in system else "libtagrid_reading.dylib")
 
 
 def exported():
