@@ -19,6 +19,6 @@ if(TAGRID_SCALAR OR "${TAGRID_WASM_KIND}" STREQUAL "scalar")
 endif()
 # Highway 1.0 has NEON only with the instructions for AES, and gcc inlines its classes only where all of a source may use them.
 # Of the processors with arm64 that people compute with, only those of the Raspberry Pi 4 and older lack them.
-if(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64" AND NOT APPLE AND NOT TAGRID_SCALAR)
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64" AND CMAKE_CXX_COMPILER_ID STREQUAL GNU AND NOT TAGRID_SCALAR)
   target_compile_options(tagrid_hwy INTERFACE -march=armv8-a+crypto)
 endif()

@@ -4,10 +4,11 @@
 # Those for Linux need glibc 2.17 (2012), and those for macOS its version 11. Here, nothing can run the latter.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+# Highway has NEON only with the instructions for AES.
 case "${1:-}" in
   linux-x86_64) system=Linux processor=x86_64 target=x86_64-linux-gnu.2.17 library=libtagrid_reading.so ;;
-  linux-aarch64) system=Linux processor=aarch64 target=aarch64-linux-gnu.2.17 library=libtagrid_reading.so ;;
-  macos-arm64) system=Darwin processor=aarch64 target=aarch64-macos.11.0 library=libtagrid_reading.dylib ;;
+  linux-aarch64) system=Linux processor=aarch64 target="aarch64-linux-gnu.2.17 -mcpu=generic+crypto" library=libtagrid_reading.so ;;
+  macos-arm64) system=Darwin processor=aarch64 target="aarch64-macos.11.0 -mcpu=apple_m1" library=libtagrid_reading.dylib ;;
   macos-x86_64) system=Darwin processor=x86_64 target=x86_64-macos.11.0 library=libtagrid_reading.dylib ;;
   *) echo "usage: $0 linux-x86_64|linux-aarch64|macos-arm64|macos-x86_64 [BUILD_FOLDER]" >&2; exit 64 ;;
 esac

@@ -28,7 +28,7 @@ without=()
 for library in TIFF PNG XML OPENSSL SNDFILE ICONV ICU STDLIBC_ICONV WRAP OPENJPEG; do without+=("-DDCMTK_WITH_$library=OFF"); done
 # Its dictionary is in the library: there is no file of it where this program runs.
 static_library dcmdata dcmtk "${without[@]}" -DBUILD_APPS=OFF -DDCMTK_MODULES="ofstd;oflog;dcmdata;dcmimgle;dcmimage;dcmjpeg;dcmjpls" \
-  -DDCMTK_DEFAULT_DICT=builtin
+  -DDCMTK_DEFAULT_DICT=builtin -DCMAKE_INSTALL_DATADIC=share
 # Without what few files have: a library under the GPL, and one that is large.
 static_library tiff tiff -Djbig=OFF -Dlerc=OFF -Dcxx=OFF
 static_library hdf5 hdf5 -DBUILD_TESTING=OFF -DHDF5_BUILD_TOOLS=OFF -DHDF5_BUILD_EXAMPLES=OFF -DHDF5_BUILD_CPP_LIB=OFF \
