@@ -20,6 +20,7 @@ if [ "${1:-}" != --long ]; then
   tools/fuzz.sh
 else
   ctest --preset release -j "$((2 * $(nproc)))"
+  for set in windows arm64 reader; do tools/install_packages.sh "$set"; done
   TAGRID_LONG=1 ctest --preset release -L '^longer$' --timeout 36000
   TAGRID_DAMAGES=5000 ctest --preset release -R LargeDamage --timeout 36000
   TAGRID_LONG=1 TAGRID_KILLS=1000 ctest --preset release -R /Kill --timeout 36000
