@@ -1,8 +1,9 @@
 // Rulers, angles and regions in slices: what they are, and what they measure. Regions have more in regions.js.
 //
-// A measure has a `kind`, and lies in the slice `slice` across the axis `normal`. Its `points` are places in the volume, in
-// which sample i reaches from i to i + 1.
+// A measure has a `kind`, and lies in the slice `slice` across the axis `normal`, or in a `plane` (see plane.js). Its `points`
+// are places in the volume, in which sample i reaches from i to i + 1.
 import { measuredText } from "./numbers.js";
+import { positionOfSlice } from "./places.js";
 
 /** The tools that measure, and how many points each needs. */
 export const pointsOf = { ruler: 2, angle: 3, ellipse: 2, rectangle: 2 };
@@ -13,13 +14,6 @@ export const isFinished = ({ kind, points }) => points.length === pointsOf[kind]
 
 const minus = (a, b) => a.map((n, i) => n - b[i]);
 const dot = (a, b) => a.reduce((sum, n, i) => sum + n * b[i], 0);
-
-/** The position of a slice, which may lie between two or beyond the last one, of unevenly spaced ones. */
-function positionOfSlice(slices, z) {
-  if (slices.length === 1) return slices[0];
-  const below = Math.min(Math.max(Math.floor(z), 0), slices.length - 2);
-  return slices[below].map((n, row) => n + (z - below) * (slices[below + 1][row] - n));
-}
 
 /**
  * From one place to another: { vector, unit, note }. In the unit of lengths, with the directions of the axes; or in voxels if
