@@ -10,11 +10,17 @@
 //   plane=axial,30,0,0,35,30,25            an oblique plane: base, tilt, turn, spin, and a place in it, see plane.js
 //   measures=ruler:z20:3.5,4,33.5,24;...   kind, slice, and points along the two axes of the slice; in an oblique plane, kind,
 //                            plane, and places
+//   space=fog,0.5            the kind of picture in 3D, and its opacity
+//   level=300                the value of the surface there
+//   map=viridis              the colors there
+//   crop=10,20,30,60,50,40   the first sample that is drawn there along x, y and z, and the end along each
+//   turn=0.5,0.35,1.15       angles there, around and up, in radians, and the zoom
 //   grid=1                   the grid is shown
 //   ends=6                   of the colors of a difference
 import { kindsOfSlabs } from "./slab.js";
 import { isFinished, pointsOf } from "./measures.js";
 import { planeIn, planeNumbers } from "./plane.js";
+import { spaceIn, spaceParts } from "./space.js";
 
 const views = ["all", "axial", "coronal", "sagittal", "plane", "space"];
 const mostMeasures = 1000;
@@ -32,7 +38,7 @@ function measureText({ kind, normal, slice, plane, points }) {
 }
 
 /** A text without "#". `shown` has what measureText and the list above need. */
-export function linkOf({ position, window, zoom, centers, view, volume, slab, plane, measures, showsGrid, end }) {
+export function linkOf({ position, window, zoom, centers, view, volume, slab, plane, space, level, colors, measures, showsGrid, end }) {
   const parts = [["at", position]];
   if (window) parts.push(["window", window]);
   if (zoom !== undefined) {
@@ -44,6 +50,7 @@ export function linkOf({ position, window, zoom, centers, view, volume, slab, pl
   if (slab.kind !== "none") parts.push(["slab", [slab.kind, slab.thickness, slab.isInSlices ? "slices" : "length"]]);
   if (plane?.isShown) parts.push(["plane", planeNumbers(plane)]);
   if (measures.length > 0) parts.push(["measures", measures.map(measureText).join(";")]);
+  if (space) parts.push(...spaceParts(space, level, Boolean(colors?.areOfValues)));
   if (showsGrid) parts.push(["grid", 1]);
   if (end !== undefined) parts.push(["ends", end]);
   return parts.map(([key, value]) => `${key}=${encodeURIComponent(String(value)).replaceAll(/%(2C|3A|3B)/g, decodeURIComponent)}`).join("&");
@@ -112,6 +119,8 @@ export function shownBy(text) {
     volume: Number.isInteger(volume) && volume >= 0 ? volume : undefined,
     slab: isSlab ? { kind, thickness: Number(thickness), isInSlices: unit === "slices" } : undefined,
     plane: planeIn(get("plane")),
+    space: spaceIn(get, (key, count) => numbersIn(get(key), count)),
+    level: numbersIn(get("level"), 1)?.[0],
     measures,
     showsGrid: get("grid") === "1",
     end: end > 0 ? end : undefined,

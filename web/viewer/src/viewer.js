@@ -22,6 +22,8 @@ import { Presets } from "./presets.js";
 import { planeRows, readoutRows } from "./readout.js";
 import { RegionReader } from "./region_reader.js";
 import { Shades } from "./shades.js";
+import { newSpace } from "./space.js";
+import { SpacePanel } from "./space_panel.js";
 import { SlabPanel } from "./slab_panel.js";
 import { SliceView } from "./slice_view.js";
 import { Tiles } from "./tiles.js";
@@ -55,6 +57,8 @@ const state = {
   chosenMeasure: undefined,
   // See slab.js; the thickness is a length, or a number of slices.
   slab: { kind: "none", thickness: 5, isInSlices: false },
+  // See space.js.
+  space: newSpace(),
   // See plane.js; it passes through the cross hair.
   plane: { isShown: false, base: "axial", tilt: 30, turn: 0, spin: 0, through: [0, 0, 0] },
 };
@@ -114,7 +118,13 @@ const secondViews = sliceViews.map((first) => {
 /** All views of slices that may be shown now. */
 const allViews = () => (second.volume ? [...sliceViews, ...secondViews] : sliceViews);
 const planeView = makePlaneView(sections.plane);
-const spaceView = new SpaceView(sections.space, state);
+const spaceView = new SpaceView(sections.space, state, () => spaceChanged());
+const spacePanel = new SpacePanel(state, () => spaceChanged());
+function spaceChanged() {
+  spacePanel.update();
+  spaceView.draw();
+  keepLink();
+}
 const displayWindow = new DisplayWindow(state, () => {
   presets.update();
   comparisonPanel.windowChanged();
@@ -474,7 +484,14 @@ const actions = {
   async picture() {
     try {
       if (shownTab === "space") {
-        const lines = [state.name, "in 3D, with a precision of 11 bits: not for measuring"];
+        const { kind, map, crop } = state.space;
+        const box = crop && `samples from ${crop.low.join(", ")} to ${crop.high.map((n) => n - 1).join(", ")}`;
+        const colors = map !== "grey" && `colors: ${map}`;
+        const lines = [
+          state.name,
+          "in 3D, with a precision of 11 bits: not for measuring",
+          [kind === "surface" && `surface of ${numberText(spaceView.level, 6)} ${state.scale.unit}`.trim(), colors, box].filter(Boolean).join(" · "),
+        ];
         return await save(composed([{ canvas: spaceView.canvas, lines }]), `${state.name}-3D`);
       }
       const { name } = activeView();
@@ -694,6 +711,8 @@ function show(volume, before) {
   element("metadata").textContent = volume.metadata;
   planeView.reset();
   planePanel.update();
+  if (!before) state.space.crop = undefined;
+  spacePanel.update();
   spaceView.reset();
   // Volumes of a file lie at one place.
   slabPanel.update();
@@ -753,7 +772,7 @@ function openAddress(text, shown) {
 
 /** Shows what a link says of the file that is open; see link.js. */
 function showLink(shown) {
-  const { position, window, zoom, centers, view, slab, plane, measures, showsGrid, end } = shown;
+  const { position, window, zoom, centers, view, slab, plane, space, level, measures, showsGrid, end } = shown;
   const { dims } = state.volume;
   const isIn = (place) => place.every((p, axis) => p >= 0 && p <= dims[axis]);
   const isPlane = plane && isIn(plane.through);
@@ -761,6 +780,8 @@ function showLink(shown) {
   planePanel.update();
   if (view || isPlane) showTab(view ?? shownTab);
   if (slab) slabPanel.set(slab);
+  if (space) Object.assign(state.space, space);
+  if (space || level !== undefined) spaceView.show(level);
   if (showsGrid && !state.showsGrid) actions.grid();
   if (end) comparisonPanel.setEnd(end);
   if (measures) {
@@ -804,6 +825,7 @@ function keepLink() {
     put("compare-by", comparisonPanel.link?.kind === "difference" ? "difference" : undefined);
     url.hash = linkOf({
       ...state,
+      level: spaceView.isLevelChosen ? spaceView.level : undefined,
       window: displayWindow.isChosen ? [state.shades.low, state.shades.high] : undefined,
       zoom: state.isFitted ? undefined : state.zoom,
       centers: sliceViews.map(({ center }) => center),
@@ -834,6 +856,7 @@ function showTab(name) {
   // Where all are shown, there is room for one of these; next to a second file, for none.
   if (name === "all") sections[state.plane.isShown ? "space" : "plane"].hidden = true;
   if (isCompared) sections.space.hidden = sections.plane.hidden = true;
+  element("space-use").hidden = sections.space.hidden;
   for (const view of [...sliceViews, ...secondViews]) view.isCompared = isCompared;
   for (const view of secondViews) view.section.hidden = !isCompared || (name !== "all" && name !== view.name);
   for (const button of document.querySelectorAll("[data-tab]"))
