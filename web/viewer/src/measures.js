@@ -21,14 +21,17 @@ const dot = (a, b) => a.reduce((sum, n, i) => sum + n * b[i], 0);
  */
 export function vectorBetween({ geometry }, places, from, to) {
   const { spacing, directions } = geometry;
-  const { factors, slices, isUneven } = places;
+  const { factors, isUneven } = places;
+  // One slice alone has a position, but no distance.
+  const slices = places.slices?.length > 1 ? places.slices : undefined;
   const change = minus(to, from);
   const inVoxels = (note) => ({ vector: change, unit: "voxels", note });
   if (!spacing) return inVoxels("spacing unknown");
   const isMoved = (axis) => Math.abs(change[axis]) > 1e-9;
-  const unknown = [0, 1, 2].filter((axis) => !Math.abs(spacing[axis]) && isMoved(axis));
+  // The positions of slices are enough along z.
+  const unknown = [0, 1, 2].filter((axis) => !Math.abs(spacing[axis]) && isMoved(axis) && !(axis === 2 && slices));
   if (unknown.length > 0) return inVoxels(`spacing along ${unknown.map((axis) => "xyz"[axis]).join(", ")} unknown`);
-  if (isUneven && !slices && isMoved(2)) return inVoxels("slices unevenly spaced");
+  if (isUneven && !places.slices && isMoved(2)) return inVoxels("slices unevenly spaced");
   const along = (axis) => [0, 1, 2].map((row) => (directions ? directions[axis][row] : axis === row ? spacing[axis] : 0));
   // Samples lie in the middle.
   const depth = () => minus(...[to, from].map((place) => positionOfSlice(slices, place[2] - 0.5)));
