@@ -125,6 +125,35 @@ test("the crop box leaves the samples between six numbers, and cut faces have th
   await page.close();
 });
 
+test("bars show the values of the window and the colors of the map; a phone has room for the picture", async () => {
+  const page = await opened(write("bars", dims, Int16Array, (x, y, z) => x + y + z, [...space, "rescale_units:=HU"]));
+  await page.evaluate("tagridViewer.actions.window(-160, 240.5)");
+  const texts = ["window-low", "window-high"].map((id) => page.evaluate(`document.getElementById("${id}").textContent`));
+  assert.deepEqual(await Promise.all(texts), ["-160 HU", "240.5 HU"]);
+  await set(page, "space-map", "viridis");
+  const bar = await page.evaluate(`getComputedStyle(document.getElementById("space-bar")).backgroundImage`);
+  assert.ok(bar.includes(`rgb(${colorIn("viridis", 0).map(Math.round).join(", ")})`) && bar.includes(`rgb(${colorIn("viridis", 1).map(Math.round).join(", ")})`), bar);
+  // Numbers of the crop box are not cut off.
+  assert.deepEqual(await page.evaluate(`[...document.querySelectorAll(".crop input[type=number], .angles input")].filter((e) => e.scrollWidth > e.clientWidth).length`), 0);
+  assert.deepEqual(page.errors, []);
+  await page.close();
+  const phone = await open("made/bars.tag", 390, 844, true);
+  const { top, wide, small } = await phone.evaluate(`(() => ({
+    top: document.getElementById("views").getBoundingClientRect().top,
+    wide: document.documentElement.scrollWidth,
+    small: [...document.querySelectorAll("header button, header select")].filter((e) => e.offsetParent && (e.offsetHeight < 44 || e.offsetWidth < 44)).length }))()`);
+  assert.ok(top < 280 && wide <= 390 && small === 0, `${top} ${wide} ${small}`);
+  // All tools can be reached.
+  const isReached = await phone.evaluate(`(() => { const button = document.querySelector("[data-tool=tilt]");
+    button.scrollIntoView();
+    const box = button.getBoundingClientRect();
+    return document.elementFromPoint(box.left + box.width / 2, box.top + box.height / 2) === button; })()`);
+  assert.ok(isReached);
+  await picture(phone, "phone");
+  assert.deepEqual(phone.errors, []);
+  await phone.close();
+});
+
 test("a link shows the same picture in 3D", async () => {
   const sampleOf = (x, y, z) => Math.round(500 * Math.exp(-((x - 24) ** 2 + (y - 20) ** 2 + (1.5 * z - 24) ** 2) / 200)) + ((x * 7 + y * 3 + z) % 5);
   const page = await opened(write("linked-3d", dims, Int16Array, sampleOf, space));

@@ -1,5 +1,5 @@
 // The panel of the picture in 3D: colors, opacity, and the box of the samples that are drawn.
-import { mapNames } from "./color_maps.js";
+import { colorIn, mapNames } from "./color_maps.js";
 import { lettersOf } from "./sides.js";
 import { cropOf } from "./space.js";
 
@@ -65,6 +65,8 @@ export class SpacePanel {
   update() {
     const { space, volume, places } = this.#state;
     element("space-map").value = space.map;
+    const colors = Array.from({ length: 17 }, (_, i) => `rgb(${colorIn(space.map, i / 16).map(Math.round)})`);
+    element("space-bar").style.background = `linear-gradient(to right, ${colors})`;
     const opacity = space.opacity[space.kind];
     // That of materials is with their legend.
     element("space-opacity-choice").hidden = opacity === undefined;
