@@ -102,8 +102,9 @@ class View(ProgramTest):
         self.assertEqual(viewer.ask(viewer.root + query["compare"][0]).content,
                          (self.folder / "d" / "my scan%.tag").read_bytes())
         (self.folder / "text.tag").write_text("text")
-        for arguments, code, words in [(("text.tag",), 65, "text.tag"), (("none.tag",), 74, "none.tag"), (("-",), 64, "standard input"),
-                                       (("other & one.tag", "d/my scan%.tag"), 64, "d/my scan%.tag: one file can be viewed")]:
+        for arguments, code, words in [
+                (("text.tag",), 65, "text.tag"), (("none.tag",), 74, "none.tag"), (("-",), 64, "standard input"),
+                (("other & one.tag", "d/my scan%.tag"), 64, "d/my scan%.tag: one file can be viewed")]:
             run = subprocess.run([self.program, "view", "my scan%.tag", *arguments, "--no-browser"], cwd=self.folder,
                                  capture_output=True, check=False, text=True, stdin=subprocess.DEVNULL)
             self.assertEqual((run.returncode, run.stdout), (code, ""), run.stderr)

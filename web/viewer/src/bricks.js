@@ -1,4 +1,5 @@
 // Reads the bricks of a volume and its overviews that a plane meets, and interpolates between their samples.
+import { numberOfBrick, rangeOfBrick } from "./tiles.js";
 
 const readsAtOnce = 4;
 
@@ -33,22 +34,14 @@ export class Bricks {
     this.#failed.clear();
   }
 
-  /** The first sample of a brick along an axis, and its end: bricks begin one later where the volume has no lead. */
-  range(level, axis, number) {
-    const { brickEdge, lead, levels } = this.#volume;
-    const shift = lead ? 0 : 1;
-    const begin = number === 0 ? 0 : number * brickEdge + shift;
-    return [begin, Math.min((number + 1) * brickEdge + shift, levels[level].dims[axis])];
-  }
-
   /** The brick in which a sample lies. */
   number(sample) {
-    const { brickEdge, lead } = this.#volume;
-    return Math.max(Math.floor((sample - (lead ? 0 : 1)) / brickEdge), 0);
+    return numberOfBrick(this.#volume, sample);
   }
 
   boxOf(level, numbers) {
-    const ranges = numbers.map((number, axis) => this.range(level, axis, number));
+    const { dims } = this.#volume.levels[level];
+    const ranges = numbers.map((number, axis) => rangeOfBrick(this.#volume, number, dims[axis]));
     return { low: ranges.map(([begin]) => begin), high: ranges.map(([, end]) => end) };
   }
 
