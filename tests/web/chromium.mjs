@@ -139,6 +139,8 @@ async function newPage(send, listeners, width, height, mobile) {
       await call("Input.dispatchKeyEvent", { type: "keyDown", key, text, modifiers });
       await call("Input.dispatchKeyEvent", { type: "keyUp", key, modifiers });
     },
+    /** In front of other pages, which hide it: then it draws nothing. */
+    show: () => call("Page.bringToFront"),
     close: () => send("Target.closeTarget", { targetId }),
   };
 }

@@ -1,9 +1,11 @@
 // Two files in the page of the viewer, in headless Chromium: side by side, and their difference with the bounds of both.
 import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { once } from "node:events";
 import { join } from "node:path";
 import { test } from "node:test";
 import { decoded, folder } from "./files.mjs";
-import { open, picture, pixelOf, pointOf, write } from "./viewer_pages.mjs";
+import { browser, open, picture, pixelOf, pointOf, write } from "./viewer_pages.mjs";
 
 const isDone = `tagridViewer.second.volume && [...tagridViewer.sliceViews, ...tagridViewer.secondViews].every((view) =>
   !view.isShown || view.isSettled)`;
@@ -203,4 +205,28 @@ test("exact files differ where one sample differs; without a bound, nothing is m
   assert.equal(rows["beyond the sum there"], undefined);
   assert.deepEqual(other.errors, []);
   await other.close();
+});
+
+test("`tagrid view` with two files shows both", async (t) => {
+  const [a, b] = [first(), second()].map((file) => join(folder, file.slice(5)));
+  const process_ = spawn(process.env.TAGRID_PROGRAM, ["view", a, b, "--no-browser"], { stdio: ["ignore", "pipe", "ignore"] });
+  t.after(() => process_.kill());
+  const [line] = await once(process_.stdout, "data", { signal: AbortSignal.timeout(60000) });
+  const page = await browser.newPage(1280, 860);
+  await page.goTo(line.toString().trim());
+  await page.until(`tagridViewer.times.complete && ${isDone}`);
+  const place = [30, 40, 33];
+  await page.evaluate(`tagridViewer.actions.moveTo(${JSON.stringify(place)})`);
+  await page.until(isDone);
+  const [one, two] = [samplesOf("made/one.tag", Int16Array), samplesOf("made/two.tag", Int32Array)].map((samples) =>
+    samples[(place[2] * dims[1] + place[1]) * dims[0] + place[0]]);
+  const shown = await readout(page);
+  assert.deepEqual([shown.value, shown["second: value"]], [`${one} HU`, `${0.5 * two - 100} HU`]);
+  // The difference, by the key and by the address that follows.
+  await page.evaluate("tagridViewer.sliceViews[0].canvas.focus()");
+  await page.key("d");
+  await page.until(`tagridViewer.second.isDifference && ${isDone} && /compare-by=difference/.test(location.search)`);
+  assert.equal((await readout(page)).difference, `${0.5 * two - 100 - one} HU`);
+  assert.deepEqual(page.errors, []);
+  await page.close();
 });

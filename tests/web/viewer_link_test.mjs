@@ -121,7 +121,7 @@ test("another volume of a file is in the link; a file of this machine has none",
   await again.close();
   // What is no place in the volume, or no measurement, is not shown.
   const wrong = await browser.newPage(900, 700);
-  await wrong.goTo(server.url("viewer/index.html?src=/made/local.tag#at=99,-4,3.7&window=5,5&zoom=-1&measures=ruler:z3:1,2,3,4;ruler:z99:1,2,3,4;knife:z3:1,2,3,4;ruler:z3:1,2,3;angle:y2:1,1,1,1,900,1&slab=mean,0&view=none&%E0%A4"));
+  await wrong.goTo(server.url("viewer/index.html?src=/made/local.tag#at=99,-4,3.7&window=5,5&zoom=-1&measures=ruler:z3:1,2,3,4;ruler:z99:1,2,3,4;knife:z3:1,2,3,4;ruler:z3:1,2,3;angle:y2:1,1,1,1,900,1&slab=mean,0&plane=axial,1,2,3,4,5&space=cloud,7&map=jet&crop=9,9,9,3,3,3&turn=1,9,1&level=x&view=none&%E0%A4"));
   await wrong.until("tagridViewer.times.complete");
   await pause(wrong);
   assert.deepEqual(await wrong.evaluate("tagridViewer.state.position"), [19, 0, 3]);
@@ -137,10 +137,14 @@ test("texts of links are read as they were written", () => {
     { kind: "ruler", normal: 2, slice: 20, points: [[3.5, 4.125, 20.5], [33.5, 24, 20.5]] },
     { kind: "angle", normal: 0, slice: 7, points: [[7.5, 1, 2], [7.5, 3, 4], [7.5, 5, 6]] },
     { kind: "ellipse", normal: 1, slice: 0, points: [[0, 0.5, 1.5], [9, 0.5, 12]] },
+    { kind: "ruler", plane: { isShown: true, base: "coronal", tilt: -7.5, turn: 0, spin: 90, through: [3, 4.25, 5] }, points: [[1, 2, 3], [4.5, 6, 7]] },
   ];
   const shown = {
     position: [30, 25, 20], window: [-160.125, 1e-7], zoom: 2.5, centers: [[1, 2], [3, 4], [5.5, 6]], view: "coronal", volume: 3,
-    slab: { kind: "mean", thickness: 2.5, isInSlices: false }, measures, showsGrid: true, end: 0.25,
+    slab: { kind: "mean", thickness: 2.5, isInSlices: false },
+    space: { kind: "fog", map: "viridis", opacity: { surface: 1, fog: 0.75 }, crop: { low: [1, 2, 3], high: [40, 50, 6] }, turn: { around: -1.25, up: 0.5 }, zoom: 2 },
+    level: 300.5,
+    plane: { isShown: true, base: "axial", tilt: 30, turn: -12.25, spin: 0, through: [30.5, 25.125, 20.5] }, measures, showsGrid: true, end: 0.25,
   };
   const text = linkOf(shown);
   assert.deepEqual(shownBy(`#${text}`), shown);

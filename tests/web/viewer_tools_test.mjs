@@ -223,6 +223,71 @@ test("rulers and angles are those of the positions in the file, also where axes 
   await page.close();
 });
 
+test("rulers and angles across slices of uneven distances are those of the positions of the slices", async () => {
+  const dims = [40, 36, 12];
+  // Gaps from 1.1 to 7 mm, and a gantry that shifts slices to the back.
+  const gaps = [1.1, 1.1, 2.5, 7, 7, 4, 4, 1.1, 3.2, 7, 2.5];
+  const heights = gaps.reduce((all, gap) => [...all, all.at(-1) + gap], [-20]);
+  const origins = heights.map((height, z) => [-10, 5 + 0.3 * (height + 20) + (z === 6 ? 0.25 : 0), height]);
+  const lines = [
+    "space: left-posterior-superior",
+    'space units: "mm" "mm" "mm"',
+    `slice_positions:=${origins.map((position) => position.join(" ")).join("; ")}`,
+  ];
+  /** Millimeters of a place, in which samples are at their numbers; linear between two slices, and as far beyond the last one. */
+  const positionOf = ([x, y, z]) => {
+    const below = Math.min(Math.max(Math.floor(z), 0), dims[2] - 2);
+    const [a, b] = [origins[below], origins[below + 1]];
+    return a.map((n, row) => n + (z - below) * (b[row] - n) + [0.5 * x, 0.6 * y, 0][row]);
+  };
+  const distance = (a, b) => Math.hypot(...positionOf(a).map((n, i) => n - positionOf(b)[i]));
+  const page = await open(write("uneven", dims, Int16Array, (x, y, z) => x + y + 9 * z, [...lines, "space directions: (0.5,0,0) (0,0.6,0) (0,0.75,2.5)"]));
+  assert.match(await textOf(page, "facts"), /unevenly spaced/);
+  // With keys: at the middles of samples.
+  const put = async (view, tool, ...places) => {
+    await page.evaluate(`tagridViewer.actions.tool("${tool}")`);
+    for (const place of places)
+      await page.evaluate(`tagridViewer.actions.moveTo(${JSON.stringify(place)}); tagridViewer.actions.measuring.putPoint(tagridViewer.sliceViews[${view}])`);
+  };
+  const pairs = [[2, [20, 6, 0], [20, 30, 11]], [2, [20, 10, 2], [20, 10, 4]], [1, [3, 18, 7], [33, 18, 5]], [0, [4, 5, 9], [30, 25, 9]], [2, [20, 8, 3], [20, 9, 4]]];
+  for (const [view, from, to] of pairs) await put(view, "ruler", from, to);
+  for (const [i, text] of (await listed(page)).entries())
+    assert.equal(text.split(" (")[0], `${i + 1}: ruler ${distance(...pairs[i].slice(1)).toFixed(1)} mm`);
+  // As if slices were even, they would differ.
+  const even = ([, y, z]) => [0.6 * y + 0.75 * z, 2.5 * z];
+  const asEven = Math.hypot(...even(pairs[1][1]).map((n, i) => n - even(pairs[1][2])[i]));
+  assert.ok(Math.abs(asEven - distance(...pairs[1].slice(1))) > 4);
+  const corners = [[20, 6, 1], [20, 6, 9], [20, 30, 9]];
+  await put(2, "angle", ...corners);
+  assert.ok(Math.abs(numberIn((await listed(page)).at(-1)) - degreesAt(...corners.map(positionOf))) < 0.06);
+  // Between slices, before the first one and after the last one, and in an oblique plane.
+  const plane = { isShown: true, base: "axial", tilt: 20, turn: 10, spin: 0, through: [20, 18, 6] };
+  const between = [
+    { kind: "ruler", normal: 0, slice: 20, points: [[20.5, 3.25, 3.75], [20.5, 30, 4.25]] },
+    { kind: "ruler", normal: 1, slice: 18, points: [[3, 18.5, 0], [3, 18.5, 12]] },
+    { kind: "ruler", plane, points: [[3, 5, 2.3], [35.5, 30, 9.8]] },
+  ];
+  await page.evaluate(`tagridViewer.actions.measuring.add(${JSON.stringify(between)})`);
+  const texts = (await listed(page)).slice(-3);
+  for (const [i, { points }] of between.entries()) {
+    const [from, to] = points.map((place) => place.map((n) => n - 0.5));
+    assert.ok(Math.abs(numberIn(texts[i]) - distance(from, to)) < 0.051, `${texts[i]}: ${distance(from, to)}`);
+  }
+  assert.ok(distance([2.5, 18, -0.5], [2.5, 18, 11.5]) > heights.at(-1) + 20);
+  await picture(page, "uneven");
+  assert.deepEqual(page.errors, []);
+  await page.close();
+  // The positions are enough where the file does not say one distance of slices.
+  const unknown = await open(write("uneven-unknown", dims, Int16Array, (x) => x, [...lines.slice(1), "spacings: 0.5 0.6 nan", "space dimension: 3"].filter((line) => !/^space/.test(line))));
+  await unknown.evaluate(`tagridViewer.actions.measuring.add([{ kind: "ruler", normal: 0, slice: 20, points: [[20.5, 10.5, 2.5], [20.5, 10.5, 9.5]] }])`);
+  const [text] = await listed(unknown);
+  const length = Math.hypot(...origins[2].map((n, row) => n - origins[9][row]));
+  assert.equal(text.split(" (")[0], `1: ruler ${length.toFixed(1)} units`);
+  assert.equal(await unknown.evaluate("document.querySelector('#measures p').textContent"), "");
+  assert.deepEqual(unknown.errors, []);
+  await unknown.close();
+});
+
 test("with keys alone, points are at samples, exactly; fingers measure, and pinches do not", async () => {
   const page = await open(write("keys", [40, 36, 32], Int16Array, (x, y) => x + y, ["spacings: 0.2 0.3 2"]), 390, 844, true);
   await page.evaluate("tagridViewer.sliceViews[0].canvas.focus()");

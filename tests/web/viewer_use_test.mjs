@@ -201,6 +201,7 @@ test("without directions, planes are named by their axes", async () => {
     "x–y",
     "x–z",
     "y–z",
+    "Oblique",
     "3D",
   ]);
   assert.deepEqual(page.errors, []);

@@ -1,4 +1,4 @@
-// tagrid view: shows a .tag file in a browser of this machine.
+// tagrid view: shows a .tag file, or two of the same size, in a browser of this machine.
 
 #include <array>
 #include <filesystem>
@@ -39,26 +39,36 @@ fs::path viewer_folder() {
       text_of(folders[0]), text_of(folders[1]));
 }
 
+/// A file that cannot be shown is an error here, not in the page.
+std::shared_ptr<const ByteSource> opened(const std::string& input) {
+  require_tag_input(input);
+  if (input == "-") throw UsageError("standard input: only a file can be viewed; save it as one first");
+  std::shared_ptr<const ByteSource> file = open_source(input);
+  static_cast<void>(TagBricks(file));
+  return file;
+}
+
 struct ViewCommand {
-  std::string input;
+  std::vector<std::string> inputs;
   int port = 0;
   bool no_browser = false, quiet = false;
   MaterialTexts colors;
 
+  void warn_of_colors(const std::string& input) const {
+    const MaterialMeshInputs labels(input, 0, colors.label_volume);
+    std::vector<std::string> warnings = settle_materials(labels.samples(), material_options(colors)).warnings;
+    warnings.insert(warnings.end(), labels.warnings.begin(), labels.warnings.end());
+    for (const std::string& warning : warnings)
+      if (!quiet) say("tagrid: warning: {}", warning);
+  }
+
   void execute() const {
-    require_tag_input(input);
-    if (input == "-") throw UsageError("standard input: only a file can be viewed; save it as one first");
-    const std::shared_ptr<const ByteSource> file = open_source(input);
-    // A file that cannot be shown is an error here, not in the page.
-    static_cast<void>(TagBricks(file));
-    if (colors.are_given()) {
-      const MaterialMeshInputs inputs(input, 0, colors.label_volume);
-      std::vector<std::string> warnings =
-          settle_materials(inputs.samples(), material_options(colors)).warnings;
-      warnings.insert(warnings.end(), inputs.warnings.begin(), inputs.warnings.end());
-      for (const std::string& warning : warnings)
-        if (!quiet) say("tagrid: warning: {}", warning);
-    }
+    if (inputs.size() > 2)
+      throw UsageError("{}: one file can be viewed, or two that are compared", inputs[2]);
+    std::vector<std::shared_ptr<const ByteSource>> files;
+    for (const std::string& name : inputs) with_repair_advice(name, [&] { files.push_back(opened(name)); });
+    const std::string& input = inputs.front();
+    if (colors.are_given()) with_repair_advice(input, [&] { warn_of_colors(input); });
 
     const std::string token = random_token(), root = "/" + token + "/";
     WebSite site;
@@ -74,7 +84,9 @@ struct ViewCommand {
       site.items[root + place] = {std::move(bytes), "application/octet-stream"};
       site.entrance += key + percent_encoded(place);
     };
-    add_file(root + "?src=", "file/" + percent_encoded(name_of_input(input)), file);
+    add_file(root + "?src=", "file/" + percent_encoded(name_of_input(input)), files.front());
+    if (files.size() == 2)
+      add_file("&compare=", "second/" + percent_encoded(name_of_input(inputs[1])), files[1]);
     if (!colors.label_volume.empty())
       add_file("&label-volume=", "labels/" + percent_encoded(name_of_input(colors.label_volume)),
                open_source(colors.label_volume));
@@ -101,7 +113,7 @@ struct ViewCommand {
 Action add_view_command(CLI::App& app) {
   auto state = std::make_shared<ViewCommand>();
   CLI::App* command = app.add_subcommand("view", "Show the slices in a browser on this machine");
-  add_tag_input(*command, state->input, ".tag file or its address, not a pipe")->required();
+  add_tag_inputs(*command, state->inputs, ".tag file or its address, not a pipe; a second one is compared");
   add_port_option(*command, state->port);
   add_text_option(*command, "--materials", state->colors.materials, "NAME=LOW:HIGH,...",
                   "Color the materials with these values, as mesh makes them");
@@ -110,7 +122,7 @@ Action add_view_command(CLI::App& app) {
   add_text_option(*command, "--label-volume", state->colors.label_volume, "FILE", "A .tag file of labels");
   command->add_flag("--no-browser", state->no_browser, "Only print the address");
   command->add_flag("-q,--quiet", state->quiet, "Print only the address and errors");
-  return [state](Ranks&) { with_repair_advice(state->input, [&] { state->execute(); }); };
+  return [state](Ranks&) { state->execute(); };
 }
 
 }  // namespace tagrid

@@ -88,6 +88,28 @@ class View(ProgramTest):
                          (self.folder / "the labels.tag").read_bytes())
         self.assertEqual(viewer.ask(viewer.file).content, self.bytes)
 
+    def test_a_second_file_is_compared(self):
+        self.tagrid("encode", "a.nrrd", "-o", "other & one.tag", "-q")
+        viewer, query = self.query("other & one.tag", "--materials", "bone=300:")
+        self.assertEqual(sorted(query), ["compare", "materials", "src"])
+        other = viewer.ask(viewer.root + query["compare"][0])
+        self.assertEqual((other.status, other.content), (200, (self.folder / "other & one.tag").read_bytes()))
+        self.assertEqual(viewer.ask(viewer.file).content, self.bytes)
+        # Files of the same name are two.
+        (self.folder / "d").mkdir()
+        self.tagrid("encode", "a.nrrd", "-o", "d/my scan%.tag", "-q")
+        viewer, query = self.query("d/my scan%.tag")
+        self.assertEqual(viewer.ask(viewer.root + query["compare"][0]).content,
+                         (self.folder / "d" / "my scan%.tag").read_bytes())
+        (self.folder / "text.tag").write_text("text")
+        for arguments, code, words in [
+                (("text.tag",), 65, "text.tag"), (("none.tag",), 74, "none.tag"), (("-",), 64, "standard input"),
+                (("other & one.tag", "d/my scan%.tag"), 64, "d/my scan%.tag: one file can be viewed")]:
+            run = subprocess.run([self.program, "view", "my scan%.tag", *arguments, "--no-browser"], cwd=self.folder,
+                                 capture_output=True, check=False, text=True, stdin=subprocess.DEVNULL)
+            self.assertEqual((run.returncode, run.stdout), (code, ""), run.stderr)
+            self.assertIn(words, run.stderr)
+
     def test_materials_and_labels_that_cannot_be_understood_are_refused(self):
         self.tagrid("phantom", "--dims", "90,80,71", "-o", "b.nrrd", "-q")
         self.tagrid("encode", "b.nrrd", "-o", "b.tag", "-q")

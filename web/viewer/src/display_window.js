@@ -97,6 +97,9 @@ export class DisplayWindow {
       if (!isEdited) element(id).value = text;
       this.#shown[id] = { text: element(id).value, number };
     }
+    const { unit } = this.#state.scale;
+    for (const [id, number] of [["window-low", low], ["window-high", high]])
+      element(id).textContent = `${numberText(number, 6)} ${unit}`.trim();
   }
 
   #numberIn(id) {

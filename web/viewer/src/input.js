@@ -1,9 +1,14 @@
 // Pointers and keys, as actions.
 import { followPointers, wheelSlices, wheelZoom } from "./gestures.js";
 import { isMeasuring } from "./measures.js";
+import { isAtHandle } from "./plane_line.js";
 
 // Pixels that a finger moves for a slice.
 const swipePixels = 12;
+// Degrees by which keys turn the oblique plane.
+const keyDegrees = 2;
+// Slices, to get to the first or the last one.
+const farAway = 1e9;
 
 /** Drags, wheels and touches on a slice. */
 export function handlePointers(view, state, actions) {
@@ -11,18 +16,17 @@ export function handlePointers(view, state, actions) {
   let tool;
   let swiped;
   let before;
+  let from;
 
-  const moveTo = ([x, y]) => {
-    const position = [...state.position];
-    [position[view.across], position[view.down]] = view.placeAt(x, y);
-    actions.moveTo(position);
-  };
+  const moveTo = (point) => actions.moveIn(view, point);
+  // Of the line of the oblique plane.
+  const isHandle = (point, pointerType) => !view.isPlane && isAtHandle(view, state, point, pointerType);
   const swipe = (dy) => {
     swiped += dy;
     const slices = Math.trunc(swiped / swipePixels);
     swiped -= slices * swipePixels;
     // As a page scrolls: swiping up goes to the next slice.
-    if (slices !== 0) actions.step(view.normal, -slices);
+    if (slices !== 0) actions.go(view, 2, -slices);
   };
 
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
@@ -32,7 +36,10 @@ export function handlePointers(view, state, actions) {
   });
   canvas.addEventListener("pointermove", (event) => {
     const box = canvas.getBoundingClientRect();
-    if (state.volume) actions.point(view, event.clientX - box.left, event.clientY - box.top);
+    if (!state.volume) return;
+    const point = [event.clientX - box.left, event.clientY - box.top];
+    actions.point(view, ...point);
+    if (event.buttons === 0) canvas.style.cursor = state.tool === "move" && isHandle(point, event.pointerType) ? "grab" : "";
   });
   canvas.addEventListener("pointerleave", () => actions.point(undefined));
   canvas.addEventListener("dblclick", () => actions.one(view.name));
@@ -40,8 +47,10 @@ export function handlePointers(view, state, actions) {
     start(point, { button, shiftKey, pointerType }) {
       if (!state.volume) return;
       tool = button === 2 ? "window" : button === 1 || shiftKey ? "pan" : state.tool;
+      if (tool === "move" && isHandle(point, pointerType)) tool = "tilt";
       if (tool === "move" && pointerType === "touch") tool = "slices";
       swiped = 0;
+      from = point;
       before = actions.remember();
       if (tool === "move") moveTo(point);
       if (isMeasuring(tool)) actions.measuring.start(view, point, pointerType);
@@ -51,6 +60,7 @@ export function handlePointers(view, state, actions) {
       if (tool === "move") moveTo(point);
       else if (tool === "slices") swipe(dy);
       else if (tool === "pan") actions.pan(view, dx, dy);
+      else if (tool === "tilt") actions.tilt(view, before.plane, from, point);
       else if (isMeasuring(tool)) actions.measuring.drag(view, point);
       else actions.changeWindow(dy / 400, Math.exp(dx / 250));
     },
@@ -83,7 +93,7 @@ export function handlePointers(view, state, actions) {
         return actions.zoom(view, wheelZoom(event), event.clientX - box.left, event.clientY - box.top);
       }
       const slices = slicesOf(event);
-      if (slices !== 0) actions.step(view.normal, slices);
+      if (slices !== 0) actions.go(view, 2, slices);
     },
     { passive: false },
   );
@@ -98,16 +108,16 @@ export function handleKeys(state, actions, activeView) {
     if (event.key === "Enter" && event.target.closest?.("button")) return;
     const view = activeView();
     const count = event.shiftKey ? 10 : 1;
-    const [right, down] = view.signs;
+    const back = event.shiftKey ? -1 : 1;
     const work = {
-      ArrowLeft: () => actions.step(view.across, -right * count),
-      ArrowRight: () => actions.step(view.across, right * count),
-      ArrowUp: () => actions.step(view.down, -down * count),
-      ArrowDown: () => actions.step(view.down, down * count),
-      PageUp: () => actions.step(view.normal, count),
-      PageDown: () => actions.step(view.normal, -count),
-      Home: () => actions.step(view.normal, -state.position[view.normal]),
-      End: () => actions.step(view.normal, state.volume.dims[view.normal]),
+      ArrowLeft: () => actions.go(view, 0, -count),
+      ArrowRight: () => actions.go(view, 0, count),
+      ArrowUp: () => actions.go(view, 1, -count),
+      ArrowDown: () => actions.go(view, 1, count),
+      PageUp: () => actions.go(view, 2, count),
+      PageDown: () => actions.go(view, 2, -count),
+      Home: () => actions.go(view, 2, -farAway),
+      End: () => actions.go(view, 2, farAway),
       "+": () => actions.zoom(view, 1.25),
       "=": () => actions.zoom(view, 1.25),
       "-": () => actions.zoom(view, 0.8),
@@ -117,11 +127,15 @@ export function handleKeys(state, actions, activeView) {
       "{": () => actions.changeWindow(-0.05, 1),
       "}": () => actions.changeWindow(0.05, 1),
       a: () => actions.autoWindow(),
-      w: () => actions.preset(event.shiftKey ? -1 : 1),
+      w: () => actions.preset(back),
       s: () => actions.slab(),
       d: () => actions.compare(),
       ",": () => actions.thicken(view, -1),
       ".": () => actions.thicken(view, 1),
+      o: () => actions.plane(),
+      t: () => actions.turn("tilt", back * keyDegrees),
+      r: () => actions.turn("turn", back * keyDegrees),
+      y: () => actions.turn("spin", back * keyDegrees),
       g: () => actions.grid(),
       l: () => actions.colors(),
       1: () => actions.tool("move"),
@@ -131,6 +145,7 @@ export function handleKeys(state, actions, activeView) {
       5: () => actions.tool("angle"),
       6: () => actions.tool("ellipse"),
       7: () => actions.tool("rectangle"),
+      8: () => actions.tool("tilt"),
       Enter: () => actions.measuring.putPoint(view),
       Delete: () => actions.measuring.remove(),
       Backspace: () => actions.measuring.remove(),

@@ -7,13 +7,22 @@
 //   view=axial               the view that is shown alone
 //   volume=1                 of several in the file
 //   slab=mean,5,length       or 5,slices
-//   measures=ruler:z20:3.5,4,33.5,24;...   kind, slice, and points along the two axes of the slice
+//   plane=axial,30,0,0,35,30,25            an oblique plane: base, tilt, turn, spin, and a place in it, see plane.js
+//   measures=ruler:z20:3.5,4,33.5,24;...   kind, slice, and points along the two axes of the slice; in an oblique plane, kind,
+//                            plane, and places
+//   space=fog,0.5            the kind of picture in 3D, and its opacity
+//   level=300                the value of the surface there
+//   map=viridis              the colors there
+//   crop=10,20,30,60,50,40   the first sample that is drawn there along x, y and z, and the end along each
+//   turn=0.5,0.35,1.15       angles there, around and up, in radians, and the zoom
 //   grid=1                   the grid is shown
 //   ends=6                   of the colors of a difference
 import { kindsOfSlabs } from "./slab.js";
 import { isFinished, pointsOf } from "./measures.js";
+import { planeIn, planeNumbers } from "./plane.js";
+import { spaceIn, spaceParts } from "./space.js";
 
-const views = ["all", "axial", "coronal", "sagittal", "space"];
+const views = ["all", "axial", "coronal", "sagittal", "plane", "space"];
 const mostMeasures = 1000;
 // A thousandth of a sample is less than any screen shows.
 const rounded = (number) => String(Math.round(number * 1000) / 1000);
@@ -22,13 +31,14 @@ const precise = (number) => Number(number.toPrecision(12));
 
 const axesIn = (normal) => [0, 1, 2].filter((axis) => axis !== normal);
 
-function measureText({ kind, normal, slice, points }) {
+function measureText({ kind, normal, slice, plane, points }) {
+  if (plane) return `${kind}:${planeNumbers(plane)}:${points.flat().map(rounded)}`;
   const numbers = points.flatMap((point) => axesIn(normal).map((axis) => rounded(point[axis])));
   return `${kind}:${"xyz"[normal]}${slice}:${numbers}`;
 }
 
 /** A text without "#". `shown` has what measureText and the list above need. */
-export function linkOf({ position, window, zoom, centers, view, volume, slab, measures, showsGrid, end }) {
+export function linkOf({ position, window, zoom, centers, view, volume, slab, plane, space, level, colors, measures, showsGrid, end }) {
   const parts = [["at", position]];
   if (window) parts.push(["window", window]);
   if (zoom !== undefined) {
@@ -38,7 +48,9 @@ export function linkOf({ position, window, zoom, centers, view, volume, slab, me
   if (view !== "all") parts.push(["view", view]);
   if (volume > 0) parts.push(["volume", volume]);
   if (slab.kind !== "none") parts.push(["slab", [slab.kind, slab.thickness, slab.isInSlices ? "slices" : "length"]]);
+  if (plane?.isShown) parts.push(["plane", planeNumbers(plane)]);
   if (measures.length > 0) parts.push(["measures", measures.map(measureText).join(";")]);
+  if (space) parts.push(...spaceParts(space, level, Boolean(colors?.areOfValues)));
   if (showsGrid) parts.push(["grid", 1]);
   if (end !== undefined) parts.push(["ends", end]);
   return parts.map(([key, value]) => `${key}=${encodeURIComponent(String(value)).replaceAll(/%(2C|3A|3B)/g, decodeURIComponent)}`).join("&");
@@ -50,7 +62,17 @@ function numbersIn(text, count) {
   return numbers?.length === count && numbers.every(Number.isFinite) ? numbers : undefined;
 }
 
+/** A measure in an oblique plane. */
+function planeMeasureIn(text) {
+  const [kind, planeText, points] = text.split(":");
+  const plane = planeIn(planeText);
+  const numbers = plane && isInPlanes(kind) && numbersIn(points, 3 * pointsOf[kind]);
+  return numbers && { kind, plane, points: Array.from({ length: pointsOf[kind] }, (_, i) => numbers.slice(3 * i, 3 * i + 3)) };
+}
+const isInPlanes = (kind) => kind === "ruler" || kind === "angle";
+
 function measureIn(text) {
+  if (/^\w+:(axial|coronal|sagittal),/.test(text)) return planeMeasureIn(text);
   const [, kind, axis, slice, points] = /^(\w+):([xyz])(\d+):([-\d.,e+]+)$/.exec(text) ?? [];
   if (!Object.hasOwn(pointsOf, kind ?? "")) return undefined;
   const numbers = numbersIn(points, 2 * pointsOf[kind]);
@@ -96,6 +118,9 @@ export function shownBy(text) {
     view: views.includes(get("view")) ? get("view") : undefined,
     volume: Number.isInteger(volume) && volume >= 0 ? volume : undefined,
     slab: isSlab ? { kind, thickness: Number(thickness), isInSlices: unit === "slices" } : undefined,
+    plane: planeIn(get("plane")),
+    space: spaceIn(get, (key, count) => numbersIn(get(key), count)),
+    level: numbersIn(get("level"), 1)?.[0],
     measures,
     showsGrid: get("grid") === "1",
     end: end > 0 ? end : undefined,

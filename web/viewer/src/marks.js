@@ -1,18 +1,17 @@
 // What is drawn over a slice: cross hair, title, scale bar, the sides of the patient, and what could not be read.
 import { lossText } from "./describe.js";
 import { drawMeasures } from "./measure_marks.js";
+import { drawPlaneLine } from "./plane_line.js";
 import { slabText } from "./slab.js";
 
 const axisNames = ["x", "y", "z"];
 const ink = "#f4f4f4";
 const shadow = "rgba(0, 0, 0, 0.8)";
 
-/** `view` is a SliceView, and `state` what the views share. The context has pixels of the page. */
-export function drawMarks(context, view, state) {
-  const { clientWidth: width, clientHeight: height } = view.canvas;
-  drawCross(context, view, state, width, height);
-  drawMeasures(context, view, state);
-  const write = (text, x, y, align, font = "13px", color = ink) => {
+/** A function that writes a text at a point of a context, legible over any picture. */
+export const writerOn =
+  (context) =>
+  (text, x, y, align, font = "13px", color = ink) => {
     context.font = `${font} system-ui, sans-serif`;
     context.textAlign = align;
     context.lineWidth = 3;
@@ -21,6 +20,14 @@ export function drawMarks(context, view, state) {
     context.fillStyle = color;
     context.fillText(text, x, y);
   };
+
+/** `view` is a SliceView, and `state` what the views share. The context has pixels of the page. */
+export function drawMarks(context, view, state) {
+  const { clientWidth: width, clientHeight: height } = view.canvas;
+  drawCrossAt(context, view.pointIn(view.cross), width, height);
+  drawPlaneLine(context, view, state);
+  drawMeasures(context, view, state);
+  const write = writerOn(context);
   const [title, notes] = titleOf(view, state);
   write(title, 9, 19, "left");
   // Below the slider.
@@ -57,8 +64,7 @@ export function titleOf(view, { position, volume, places, scale }) {
   return [title, notes.join(" · ")];
 }
 
-function drawCross(context, view, { position }, width, height) {
-  const [x, y] = view.pointOf([position[view.across] + 0.5, position[view.down] + 0.5]);
+export function drawCrossAt(context, [x, y], width, height) {
   context.strokeStyle = "rgba(242, 177, 52, 0.75)";
   context.lineWidth = 1;
   context.beginPath();
@@ -76,7 +82,7 @@ function drawCross(context, view, { position }, width, height) {
   context.stroke();
 }
 
-function drawScaleBar(context, { zoom, places }, write, width, height) {
+export function drawScaleBar(context, { zoom, places }, write, width, height) {
   // As long as a round number of units allows.
   const most = Math.min(180, width / 3) / zoom;
   const power = 10 ** Math.floor(Math.log10(most));
@@ -90,7 +96,7 @@ function drawScaleBar(context, { zoom, places }, write, width, height) {
   write(`${Number(length.toPrecision(3))} ${places.unit}`, right, low - 9, "right");
 }
 
-function drawSides({ sides }, write, width, height) {
+export function drawSides({ sides }, write, width, height) {
   if (!sides) return;
   const font = "bold 17px";
   write(sides.left, 9, height / 2 + 6, "left", font);

@@ -1,4 +1,5 @@
 // The panel of materials and labels: what samples are colored by, how, and a legend.
+import { addressOf, nameOf } from "./addresses.js";
 import { LabelColors, ValueColors } from "./colors.js";
 import {
   lieElsewhere, materialsOf, namesInFile, namesOf, nameWithout, requireLabels, requireSameSize,
@@ -64,7 +65,7 @@ export class MaterialsPanel {
   }
 
   /** What an address says: `materials` and `labels` as the options of these names, and where `labelVolume` is. */
-  start({ materials, labels, labelVolume }, addressOf) {
+  start({ materials, labels, labelVolume }) {
     if (materials !== null && (labels !== null || labelVolume !== null)) {
       this.#mistake = "materials: cannot be combined with labels; samples are values or labels";
       this.apply();
@@ -233,14 +234,4 @@ async function textAt(url) {
   const answer = await fetch(url);
   if (!answer.ok) throw new Error(`${url.pathname}: the server answers with ${answer.status}`);
   return answer.text();
-}
-
-/** The name of the file at an address. Names that are no UTF-8 stay encoded. */
-function nameOf(address) {
-  const name = address.split(/[?#]/)[0].split("/").at(-1);
-  try {
-    return decodeURIComponent(name);
-  } catch {
-    return name;
-  }
 }

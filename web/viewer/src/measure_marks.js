@@ -8,15 +8,12 @@ const shadow = "rgba(0, 0, 0, 0.8)";
 // Pixels from a handle or a line that a mouse, and a finger, may be off.
 const reach = { mouse: 8, touch: 22 };
 
-/** The measures in the slice that a view shows. */
-export const measuresIn = (view, { measures, position }) =>
-  measures.filter(({ normal, slice }) => normal === view.normal && slice === position[normal]);
-
-const pointIn = (view, place) => view.pointOf([place[view.across], place[view.down]]);
+/** The measures in the slice or the plane that a view shows. */
+export const measuresIn = (view, { measures }) => measures.filter((measure) => view.holds(measure));
 
 /** Where the handles of a measure are on the canvas. */
 const handlesOf = (view, measure) =>
-  (isRegion(measure) ? cornersOf(measure) : measure.points).map((place) => pointIn(view, place));
+  (isRegion(measure) ? cornersOf(measure) : measure.points).map((place) => view.pointIn(place));
 
 /** Points around a region on the canvas, the first one once more at the end. */
 function outlineOf(view, measure) {

@@ -1,8 +1,9 @@
 // Rulers, angles and regions in slices: what they are, and what they measure. Regions have more in regions.js.
 //
-// A measure has a `kind`, and lies in the slice `slice` across the axis `normal`. Its `points` are places in the volume, in
-// which sample i reaches from i to i + 1.
+// A measure has a `kind`, and lies in the slice `slice` across the axis `normal`, or in a `plane` (see plane.js). Its `points`
+// are places in the volume, in which sample i reaches from i to i + 1.
 import { measuredText } from "./numbers.js";
+import { positionOfSlice } from "./places.js";
 
 /** The tools that measure, and how many points each needs. */
 export const pointsOf = { ruler: 2, angle: 3, ellipse: 2, rectangle: 2 };
@@ -14,27 +15,23 @@ export const isFinished = ({ kind, points }) => points.length === pointsOf[kind]
 const minus = (a, b) => a.map((n, i) => n - b[i]);
 const dot = (a, b) => a.reduce((sum, n, i) => sum + n * b[i], 0);
 
-/** The position of a slice, which may lie between two or beyond the last one, of unevenly spaced ones. */
-function positionOfSlice(slices, z) {
-  if (slices.length === 1) return slices[0];
-  const below = Math.min(Math.max(Math.floor(z), 0), slices.length - 2);
-  return slices[below].map((n, row) => n + (z - below) * (slices[below + 1][row] - n));
-}
-
 /**
  * From one place to another: { vector, unit, note }. In the unit of lengths, with the directions of the axes; or in voxels if
  * the file does not state how far apart samples are along an axis that this needs, and then `note` says why.
  */
 export function vectorBetween({ geometry }, places, from, to) {
   const { spacing, directions } = geometry;
-  const { factors, slices, isUneven } = places;
+  const { factors, isUneven } = places;
+  // One slice alone has a position, but no distance.
+  const slices = places.slices?.length > 1 ? places.slices : undefined;
   const change = minus(to, from);
   const inVoxels = (note) => ({ vector: change, unit: "voxels", note });
   if (!spacing) return inVoxels("spacing unknown");
   const isMoved = (axis) => Math.abs(change[axis]) > 1e-9;
-  const unknown = [0, 1, 2].filter((axis) => !Math.abs(spacing[axis]) && isMoved(axis));
+  // The positions of slices are enough along z.
+  const unknown = [0, 1, 2].filter((axis) => !Math.abs(spacing[axis]) && isMoved(axis) && !(axis === 2 && slices));
   if (unknown.length > 0) return inVoxels(`spacing along ${unknown.map((axis) => "xyz"[axis]).join(", ")} unknown`);
-  if (isUneven && !slices && isMoved(2)) return inVoxels("slices unevenly spaced");
+  if (isUneven && !places.slices && isMoved(2)) return inVoxels("slices unevenly spaced");
   const along = (axis) => [0, 1, 2].map((row) => (directions ? directions[axis][row] : axis === row ? spacing[axis] : 0));
   // Samples lie in the middle.
   const depth = () => minus(...[to, from].map((place) => positionOfSlice(slices, place[2] - 0.5)));

@@ -82,8 +82,8 @@ export class MeasuresPanel {
 
   /** What a measure is and says. */
   titleOf(measure) {
-    const { number, kind, normal, slice } = measure;
-    const place = `${"xyz"[normal]} = ${slice}`;
+    const { number, kind, normal, slice, plane } = measure;
+    const place = plane ? "oblique" : `${"xyz"[normal]} = ${slice}`;
     return `${number}: ${kind} ${resultText(measure, this.#state) || "…"} (${place})`;
   }
 

@@ -34,22 +34,9 @@ export class Measuring {
     this.#onChange();
   }
 
-  #placeAt(view, [x, y]) {
-    const { dims } = this.#state.volume;
-    const place = this.#state.position.map((p) => p + 0.5);
-    const [a, b] = view.placeAt(x, y);
-    for (const [axis, p] of [
-      [view.across, a],
-      [view.down, b],
-    ])
-      place[axis] = Math.min(Math.max(p, 0), dims[axis]);
-    return place;
-  }
-
   #begin(view, place) {
-    const { tool, position, measures } = this.#state;
-    const { normal } = view;
-    const measure = { kind: tool, number: ++this.#numbers, normal, slice: position[normal], points: [place, [...place]] };
+    const { tool, measures } = this.#state;
+    const measure = { kind: tool, number: ++this.#numbers, ...view.placed, points: [place, [...place]] };
     measures.push(measure);
     this.#state.chosenMeasure = this.#unfinished = measure;
     this.#follows = false;
@@ -58,16 +45,15 @@ export class Measuring {
 
   /** True if the unfinished measure is in the slice of a view. */
   #continues(view) {
-    const { position } = this.#state;
     const measure = this.#unfinished;
-    return measure?.kind === this.#state.tool && measure.normal === view.normal && measure.slice === position[view.normal];
+    return measure?.kind === this.#state.tool && view.holds(measure);
   }
 
   /** A drag begins: of what is there, of the next point of an unfinished measure, or of a new one. */
   start(view, point, pointerType) {
     if (this.#continues(view)) {
       const measure = this.#unfinished;
-      const place = this.#placeAt(view, point);
+      const place = view.spaceAt(...point);
       const before = this.#follows ? measure.points.slice(0, -1) : measure.points;
       this.#follows = false;
       measure.points = [...before, place];
@@ -75,14 +61,15 @@ export class Measuring {
       return this.#onChange();
     }
     this.#dropUnfinished();
+    if (isRefused(this.#state.tool, view)) return;
     const found = measureAt(view, this.#state, point, pointerType);
     if (found) {
       const { measure, handle } = found;
       this.#state.chosenMeasure = measure;
-      this.#drag = { measure, handle, before: measure.points, from: this.#placeAt(view, point) };
+      this.#drag = { measure, handle, before: measure.points, from: view.spaceAt(...point) };
       return this.#onChange();
     }
-    const measure = this.#begin(view, this.#placeAt(view, point));
+    const measure = this.#begin(view, view.spaceAt(...point));
     this.#drag = { measure, handle: isRegion(measure) ? 2 : 1, before: [], isNew: true };
     this.#onChange();
   }
@@ -90,7 +77,7 @@ export class Measuring {
   drag(view, point) {
     if (!this.#drag) return;
     const { measure, handle, before, from } = this.#drag;
-    const place = this.#placeAt(view, point);
+    const place = view.spaceAt(...point);
     if (handle === undefined) this.#shift(measure, before, place.map((p, axis) => p - from[axis]));
     else if (isRegion(measure)) {
       measure.points = withCorner(measure, handle, place);
@@ -101,11 +88,16 @@ export class Measuring {
 
   #shift(measure, points, change) {
     const { dims } = this.#state.volume;
-    const allowed = change.map((c, axis) => {
+    let allowed = change.map((c, axis) => {
       if (axis === measure.normal) return 0;
       const along = points.map((p) => p[axis]);
       return Math.min(Math.max(c, -Math.min(...along)), dims[axis] - Math.max(...along));
     });
+    // In a plane that lies across the axes, it stays in the plane.
+    if (measure.plane) {
+      const share = Math.min(...change.map((c, axis) => (c === 0 ? 1 : allowed[axis] / c)));
+      allowed = change.map((c) => c * share);
+    }
     measure.points = points.map((p) => p.map((n, axis) => n + allowed[axis]));
   }
 
@@ -115,7 +107,7 @@ export class Measuring {
     if (!drag) return;
     const { measure, isNew } = drag;
     if (isNew && measure.points.length === 2) {
-      const [a, b] = measure.points.map((place) => view.pointOf([place[view.across], place[view.down]]));
+      const [a, b] = measure.points.map((place) => view.pointIn(place));
       if (Math.hypot(a[0] - b[0], a[1] - b[1]) < shortest) this.remove(measure);
     }
     if (isFinished(measure)) this.#unfinished = undefined;
@@ -140,9 +132,9 @@ export class Measuring {
 
   /** Puts a point at the cross hair: the first one of a new measure, or the next one. */
   putPoint(view) {
-    const { tool, position } = this.#state;
-    if (!isMeasuring(tool)) return;
-    const place = position.map((p) => p + 0.5);
+    const { tool } = this.#state;
+    if (!isMeasuring(tool) || isRefused(tool, view)) return;
+    const place = [...view.cross];
     if (!this.#continues(view)) {
       this.#dropUnfinished();
       this.#begin(view, place);
@@ -160,19 +152,19 @@ export class Measuring {
     this.#onChange();
   }
 
-  /** The cross hair has moved. */
-  follow() {
+  /** The cross hair has moved in a view that shows the slice or plane of a measure that is not finished. */
+  follow(views) {
     const measure = this.#unfinished;
     if (!measure || !this.#follows || this.#drag) return;
-    const { position } = this.#state;
-    if (position[measure.normal] !== measure.slice) return;
-    measure.points = [...measure.points.slice(0, -1), position.map((p) => p + 0.5)];
+    const view = views.find((one) => one.holds(measure));
+    if (!view) return;
+    measure.points = [...measure.points.slice(0, -1), [...view.cross]];
     this.#onChange();
   }
 
-  /** Moves the measure that is chosen by samples. */
-  step(measure, axis, count) {
-    this.#shift(measure, measure.points, [0, 1, 2].map((other) => (other === axis ? count : 0)));
+  /** Moves a measure by samples along each axis. */
+  step(measure, change) {
+    this.#shift(measure, measure.points, change);
     this.#onChange();
   }
 
@@ -204,6 +196,9 @@ export class Measuring {
     return measure !== this.#unfinished && isFinished(measure);
   }
 }
+
+/** Regions have samples of a slice, and there is none in a plane across the axes. */
+const isRefused = (tool, { isPlane }) => Boolean(isPlane) && isRegion({ kind: tool });
 
 /** The points of a measure whose handle is at another place. */
 function moved({ points }, handle, place) {

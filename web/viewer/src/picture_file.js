@@ -1,6 +1,7 @@
 // A picture of views as a PNG file, with a caption: the name, the slice, the window and the bound.
 import { lossText } from "./describe.js";
 import { titleOf } from "./marks.js";
+import { titleOfPlane } from "./plane_marks.js";
 import { numberText } from "./numbers.js";
 
 /** The lines below the picture of a view, of what `state` has. */
@@ -11,7 +12,7 @@ export function captionOf(view, state) {
   const shown = isDifference
     ? `colors from ${withUnit(-shades.end)} to ${withUnit(shades.end)}`
     : `window: level ${withUnit((low + high) / 2)}, width ${withUnit(high - low)} (${withUnit(low)} to ${withUnit(high)})`;
-  const [title, notes] = titleOf(view, state);
+  const [title, notes] = (view.isPlane ? titleOfPlane : titleOf)(view, state);
   return [name, notes ? `${title} · ${notes}` : title, shown, lossText(volume, scale) || "samples are exact"];
 }
 

@@ -61,18 +61,27 @@ function positionsOfSlices(volume) {
     : undefined;
 }
 
-/** The position of a sample in the world, as three texts; undefined if the file gives none. */
-export function positionTexts({ geometry }, { steps, factors, slices }, place) {
+/** The position of a slice, which may lie between two or beyond the last one, of unevenly spaced ones. */
+export function positionOfSlice(slices, z) {
+  if (slices.length === 1) return slices[0];
+  const below = Math.min(Math.max(Math.floor(z), 0), slices.length - 2);
+  return slices[below].map((n, row) => n + (z - below) * (slices[below + 1][row] - n));
+}
+
+/**
+ * The position in the world of a sample, or of a place between samples, which are at their numbers, as three texts; undefined
+ * if the file gives none. `step`: see placeText().
+ */
+export function positionTexts({ geometry }, { steps, factors, slices }, place, step = Math.min(...steps)) {
   const { spacing, origin, directions } = geometry;
   if (!spacing) return undefined;
-  const finest = Math.min(...steps);
   return [0, 1, 2].map((row) => {
     const along = (axis) => (directions ? directions[axis][row] : axis === row ? spacing[axis] || 1 : 0);
-    const start = slices ? slices[place[2]][row] : (origin?.[row] ?? 0);
+    const start = slices ? positionOfSlice(slices, place[2])[row] : (origin?.[row] ?? 0);
     const terms = [start, ...place.map((p, axis) => (slices && axis === 2 ? 0 : p * along(axis)))].map(
       (t) => t * factors[row],
     );
     const sum = terms.reduce((a, b) => a + b, 0);
-    return placeText(sum, finest, Math.max(...terms.map(Math.abs)));
+    return placeText(sum, step, Math.max(...terms.map(Math.abs)));
   });
 }

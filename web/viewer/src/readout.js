@@ -34,6 +34,27 @@ export function readoutRows(state, place, view) {
   return slab ? rows : [...rows, ...labelRows(state, place, normal)];
 }
 
+/** Rows for a place of a plane, in which sample i reaches from i to i + 1; `view` is a PlaneView. */
+export function planeRows({ volume, scale, places }, place, view) {
+  if (place.some((p, axis) => p < 0 || p > volume.dims[axis])) return [["place (samples)", "outside"]];
+  // As positions of samples are counted: the first one is at 0.
+  const at = place.map((p) => p - 0.5);
+  const rows = [["place (samples)", at.map((p) => numberText(Math.round(p * 100) / 100 + 0)).join(", ")]];
+  // To a hundredth of a step.
+  const position = positionTexts(volume, places, at, Math.min(...places.steps) * 1e5);
+  if (position) rows.push([`position (${places.unit})`, position.join(", ")]);
+  const found = view.sampleAt(place);
+  if (!found) return [...rows, ["value", "…"]];
+  // Between slices with slopes of their own, there is no value.
+  if (!scale.note) rows.push(["value", `${numberText(scale.slope * found.between + scale.intercept, 6)} ${scale.unit}`]);
+  if (found.factor > 1) return [...rows, ["", `mean in overview 1:${found.factor}`]];
+  const nearest = place.map((p, axis) => Math.min(Math.floor(p), volume.dims[axis] - 1));
+  const meaning = scale.note ? scale.ofSlice?.(nearest[2]) : scale;
+  rows.push(["nearest sample", nearest.join(", ")]);
+  if (meaning) rows.push(["its value", `${valueText(found.nearest, volume.type, meaning)} ${scale.unit}`]);
+  return rows;
+}
+
 /** The label there: means in overviews are none. */
 function labelRows({ labels, colors, showsColors }, place, normal) {
   if (!showsColors || !labels) return [];

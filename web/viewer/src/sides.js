@@ -16,14 +16,19 @@ const orders = [
 ];
 const axisNames = "xyz";
 
+/** What turns vectors of a file into left, posterior, head: factors of their numbers; undefined if it does not say it. */
+export function towardPatient(volume) {
+  const signs = signsOf(volume.field("space"));
+  return signs && [-signs[0], -signs[1], signs[2]];
+}
+
 const dot = (a, b) => a.reduce((sum, n, i) => sum + n * b[i], 0);
 
 /** Where the three axes of the samples run, as vectors of length 1; undefined if the file does not say it. */
 export function axesOf(volume) {
-  const signs = signsOf(volume.field("space"));
+  const toLeft = towardPatient(volume);
   const { directions } = volume.geometry;
-  if (!signs || !directions) return undefined;
-  const toLeft = [-signs[0], -signs[1], signs[2]];
+  if (!toLeft || !directions) return undefined;
   const axes = directions.map((direction) => {
     const vector = direction.map((n, i) => n * toLeft[i]);
     const length = Math.hypot(...vector);

@@ -108,6 +108,35 @@ export class SliceView {
     ];
   }
 
+  /** The place in the volume that is at a point of the canvas, or nearest to it in the volume. */
+  spaceAt(x, y) {
+    const { dims } = this.#state.volume;
+    const place = this.cross;
+    const [a, b] = this.placeAt(x, y);
+    [place[this.across], place[this.down]] = [a, b];
+    return place.map((n, axis) => Math.min(Math.max(n, 0), dims[axis]));
+  }
+
+  /** Where a place of the volume is on the canvas, or its foot on the slice. */
+  pointIn(place) {
+    return this.pointOf([place[this.across], place[this.down]]);
+  }
+
+  /** The cross hair: the middle of a sample. */
+  get cross() {
+    return this.#state.position.map((p) => p + 0.5);
+  }
+
+  /** True if a measure is in the slice that is shown. */
+  holds({ normal, slice }) {
+    return normal === this.normal && slice === this.#state.position[normal];
+  }
+
+  /** What a measure that begins now has of its slice. */
+  get placed() {
+    return { normal: this.normal, slice: this.#state.position[this.normal] };
+  }
+
   pan(dx, dy) {
     const [sx, sy] = this.scale;
     const { dims } = this.#state.volume;

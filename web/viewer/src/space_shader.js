@@ -20,6 +20,12 @@ uniform vec3 size, texels;
 uniform vec2 span, grey;
 uniform float level, stretch;
 uniform bool isSurface;
+// The part of the box that is drawn; the colors of values from the black to the white of the window; how opaque a surface
+// is, and how much a fog hides; the color of the surface.
+uniform vec3 cropLow, cropHigh;
+uniform sampler2D map;
+uniform float opacity, density;
+uniform vec3 tint;
 // Values at which another class of values begins, and the color of each class; transparent: it is not drawn. Without
 // such values, there are no materials.
 uniform int endCount;
@@ -27,6 +33,11 @@ uniform float ends[${mostEnds}];
 uniform vec4 tints[${mostEnds + 1}];
 
 float at(vec3 p) { return texture(samples, p).r; }
+
+float greyAt(vec3 p) { return clamp((at(p) - grey.x) / (grey.y - grey.x), 0.0, 1.0); }
+
+// From the middle of the first color to that of the last one.
+vec3 colorOf(float g) { return texture(map, vec2((g * 255.0 + 0.5) / 256.0, 0.5)).rgb; }
 
 int classAt(vec3 p) {
   float value = at(p);
@@ -79,12 +90,45 @@ vec3 materials(vec3 start, vec3 direction, float t, float leave, float step) {
   return light;
 }
 
+// The places where a ray enters values from the level on; through each of them, it sees the next one.
+vec3 surface(vec3 start, vec3 direction, float enter, float t, float leave, float step, bool isCut) {
+  vec3 light = vec3(0);
+  float through = 1.0, before = -1.0;
+  bool isInside = false;
+  // A face that was cut has the colors of its values.
+  if (isCut && at(start + enter * direction) >= level) {
+    light = opacity * colorOf(greyAt(start + enter * direction));
+    through = 1.0 - opacity;
+    isInside = true;
+  }
+  for (; t < leave && through > 0.01; t += step) {
+    float now = at(start + t * direction);
+    if (now >= level && !isInside) {
+      float from = before < 0.0 ? t : before, to = t;
+      for (int i = 0; i < 6; ++i) {
+        float middle = 0.5 * (from + to);
+        if (at(start + middle * direction) >= level) to = middle; else from = middle;
+      }
+      vec3 p = start + to * direction, n = slope(p);
+      float l = length(n);
+      n = before < 0.0 || l == 0.0 ? turn * vec3(0, 0, 1) : -n / l;
+      light += through * opacity * shade(tint, n);
+      through *= 1.0 - opacity;
+    }
+    isInside = now >= level;
+    before = t;
+  }
+  return light;
+}
+
 void main() {
   vec3 direction = turn * vec3(0, 0, -1) / size;
   vec3 start = turn * vec3(place * span, 2.0) / size + 0.5;
-  vec3 a = -start / direction, b = (1.0 - start) / direction;
+  vec3 a = (cropLow - start) / direction, b = (cropHigh - start) / direction;
   vec3 low = min(a, b), high = max(a, b);
   float enter = max(max(low.x, low.y), low.z), leave = min(min(high.x, high.y), high.z);
+  vec3 first = min(-start / direction, (1.0 - start) / direction);
+  bool isCut = enter > max(max(first.x, first.y), first.z) + 1e-5;
   color = vec4(0.0, 0.0, 0.0, 1.0);
   if (enter >= leave) return;
   float step = stretch / length(direction * texels);
@@ -95,31 +139,16 @@ void main() {
     return;
   }
   if (isSurface) {
-    float before = -1.0;
-    for (; t < leave; t += step) {
-      float now = at(start + t * direction);
-      if (now >= level) {
-        float from = before < 0.0 ? t : before, to = t;
-        for (int i = 0; i < 6; ++i) {
-          float middle = 0.5 * (from + to);
-          if (at(start + middle * direction) >= level) to = middle; else from = middle;
-        }
-        vec3 p = start + to * direction, n = slope(p);
-        float l = length(n);
-        n = before < 0.0 || l == 0.0 ? turn * vec3(0, 0, 1) : -n / l;
-        color = vec4(shade(vec3(0.93, 0.87, 0.78), n), 1.0);
-        return;
-      }
-      before = t;
-    }
+    color = vec4(surface(start, direction, enter, t, leave, step, isCut), 1.0);
     return;
   }
-  float light = 0.0, through = 1.0;
+  vec3 light = vec3(0);
+  float through = 1.0;
   for (; t < leave && through > 0.01; t += step) {
-    float g = clamp((at(start + t * direction) - grey.x) / (grey.y - grey.x), 0.0, 1.0);
-    float opaque = 1.0 - pow(1.0 - 0.12 * g * g, stretch);
-    light += through * opaque * g;
+    float g = greyAt(start + t * direction);
+    float opaque = 1.0 - pow(1.0 - min(density * g * g, 0.98), stretch);
+    light += through * opaque * colorOf(g);
     through *= 1.0 - opaque;
   }
-  color = vec4(vec3(light), 1.0);
+  color = vec4(light, 1.0);
 }`;

@@ -1,9 +1,11 @@
 // The volume in space: a surface of one value, the interfaces of materials, or a fog as bright as the window says. A program of the graphics card
 // follows a ray for each pixel through a texture with samples of an overview.
+import { colorIn, mapPixels } from "./color_maps.js";
 import { followPointers, wheelZoom } from "./gestures.js";
 import { classesOf } from "./materials.js";
 import { numberText, placeText } from "./numbers.js";
 import { lettersOf, nearestAxes } from "./sides.js";
+import { cropOf } from "./space.js";
 import { fragmentCode, mostEnds, vertexCode } from "./space_shader.js";
 
 // Samples that are read without asking, and at most, and along an axis of the texture.
@@ -19,15 +21,20 @@ function beforeHalf(number) {
   return number > 0 ? number - 2 ** (Math.max(Math.floor(Math.log2(number)), -14) - 10) : number;
 }
 
+const bone = [0.93, 0.87, 0.78];
+
+/** How much a fog hides in a step, for an opacity from 0 to 1: twice as much for every eighth. */
+const densityOf = (opacity) => 0.12 * 2 ** (8 * (opacity - 0.5));
+
 export class SpaceView {
   #section;
   #state;
   #gl;
   #uniforms = {};
   #picture;
-  #turn = { around: 0.5, up: 0.35 };
-  #zoom = 1.15;
-  #kind = "surface";
+  #onChange;
+  #map; // the name of the map that the graphics card has
+  #mapTexture;
   #isMoving = false;
   #isPlanned = false;
   #drawnSize = [0, 0];
@@ -35,9 +42,11 @@ export class SpaceView {
   #isLost = false;
   #level; // that was chosen before the picture was lost
 
-  constructor(section, state) {
+  /** `state` is what the views share; see viewer.js. `onChange()` is called when it is drawn in another way. */
+  constructor(section, state, onChange) {
     this.#section = section;
     this.#state = state;
+    this.#onChange = onChange;
     this.canvas = document.createElement("canvas");
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "img");
@@ -51,9 +60,10 @@ export class SpaceView {
         <select aria-label="Kind of picture">
           <option value="surface">Surface</option><option value="fog">Volume</option>
           <option value="materials" disabled>Materials</option></select>
-        <input type="range" min="0" max="1000" aria-label="Value of the surface">
+        <input type="range" min="0" max="1000" aria-label="Value of the surface, slider">
         <input type="number" step="any" aria-label="Value of the surface">
       </div>
+      <svg class="box" viewBox="-1 -1 2 2" preserveAspectRatio="none" aria-hidden="true"><path/></svg>
       <div class="sides" aria-hidden="true">${"<span></span>".repeat(6)}</div>`,
     );
     const find = (selector) => section.querySelector(selector);
@@ -66,25 +76,54 @@ export class SpaceView {
       materials: find("option[value=materials]"),
       slider: find("input[type=range]"),
       number: find("input[type=number]"),
+      box: find(".box path"),
       sides: [...section.querySelectorAll(".sides span")],
     };
     const { button, kind, slider, number } = this.elements;
     button.addEventListener("click", () => this.#read());
-    kind.addEventListener("change", () => {
-      this.#kind = kind.value;
-      slider.hidden = number.hidden = this.#kind !== "surface";
-      this.draw();
-    });
+    kind.addEventListener("change", () => this.#showKind(kind.value));
     slider.addEventListener("input", () => {
       const { low, high } = this.#picture;
+      this.isLevelChosen = true;
       this.#setLevel(low + (slider.valueAsNumber / 1000) * (high - low));
     });
     number.addEventListener(
       "input",
-      () => Number.isFinite(number.valueAsNumber) && this.#setLevel(number.valueAsNumber),
+      () => {
+        if (!Number.isFinite(number.valueAsNumber)) return;
+        this.isLevelChosen = true;
+        this.#setLevel(number.valueAsNumber);
+      },
     );
     this.#handleInput();
     this.#handleLoss();
+  }
+
+  #showKind(name) {
+    const { kind, slider, number } = this.elements;
+    this.#state.space.kind = kind.value = name;
+    slider.hidden = number.hidden = name !== "surface";
+    this.#onChange();
+    this.draw();
+  }
+
+  /** True if the user or a link has chosen the value of the surface. */
+  isLevelChosen = false;
+
+  /** The value of the surface, if there is one already. */
+  get level() {
+    return this.#picture?.level ?? this.#level;
+  }
+
+  /** Shows what a link says: what `state.space` has now, and the value of the surface. */
+  show(level) {
+    const { kind } = this.#state.space;
+    const { materials } = this.elements;
+    if (kind !== "materials" || !materials.disabled) this.#showKind(kind);
+    if (level === undefined) return;
+    this.isLevelChosen = true;
+    this.#level = level;
+    if (this.#picture) this.#setLevel(level);
   }
 
   /** There is another volume. */
@@ -93,6 +132,7 @@ export class SpaceView {
     this.#reading = undefined;
     this.#picture = undefined;
     this.#level = undefined;
+    this.isLevelChosen = false;
     this.elements.over.hidden = true;
     this.elements.middle.hidden = !this.#isLost;
     for (const side of this.elements.sides) side.hidden = true;
@@ -108,9 +148,10 @@ export class SpaceView {
       // Otherwise, the browser would not restore the context.
       event.preventDefault();
       this.#isLost = true;
-      const level = this.#picture?.level ?? this.#level;
+      const { level, isLevelChosen } = this;
       this.reset();
       this.#level = level;
+      this.isLevelChosen = isLevelChosen;
       this.#gl = undefined;
       this.texture = undefined;
       const { middle, text, button } = this.elements;
@@ -153,27 +194,27 @@ export class SpaceView {
   }
 
   windowChanged() {
-    if (this.#kind === "fog") this.draw();
+    this.draw();
   }
 
   /** Shows materials as soon as there are some, and a surface when there are none. */
   colorsChanged() {
     const { colors } = this.#state;
-    const { kind, materials } = this.elements;
+    const { materials } = this.elements;
     const wereThere = !materials.disabled;
     const areThere = Boolean(colors?.areOfValues) && classesOf(colors.materials).ends.length <= mostEnds;
     materials.disabled = !areThere;
     if (areThere !== wereThere) {
-      kind.value = areThere ? "materials" : this.#kind === "materials" ? "surface" : this.#kind;
-      kind.dispatchEvent(new Event("change"));
+      const now = this.#state.space.kind;
+      this.#showKind(areThere ? "materials" : now === "materials" ? "surface" : now);
     }
     this.draw();
   }
 
   /** The classes of values as the shader has them, unless materials are not to be shown. */
   #classes() {
-    const { colors, showsColors, opacity } = this.#state;
-    if (this.#kind !== "materials" || !showsColors) return { ends: [], tints: [] };
+    const { colors, showsColors, opacity, space } = this.#state;
+    if (space.kind !== "materials" || !showsColors) return { ends: [], tints: [] };
     const { low, high } = this.#picture;
     const { ends, classes } = classesOf(colors.materials);
     // What has no lower limit lies around the others, as air does.
@@ -257,7 +298,7 @@ export class SpaceView {
     const lengths = volume.dims.map((n, axis) => n * steps[axis]);
     const most = Math.hypot(...lengths);
     this.#picture = { low, high, size, lengths: lengths.map((l) => l / most), level: 0 };
-    const isWithin = this.#level >= low && this.#level <= high;
+    const isWithin = this.isLevelChosen || (this.#level >= low && this.#level <= high);
     this.#setLevel(isWithin ? this.#level : this.#likelyLevel(values));
     this.#level = undefined;
   }
@@ -290,6 +331,7 @@ export class SpaceView {
     this.#picture.level = value;
     slider.value = (1000 * (value - low)) / (high - low);
     if (document.activeElement !== number) number.value = placeText(value, (high - low) * 1e3);
+    this.#onChange();
     this.draw();
   }
 
@@ -312,7 +354,8 @@ export class SpaceView {
     if (!gl.getProgramParameter(program, gl.LINK_STATUS))
       throw new Error(`the graphics card refuses: ${gl.getProgramInfoLog(program)}`);
     gl.useProgram(program);
-    for (const name of ["turn", "size", "texels", "span", "grey", "level", "stretch", "isSurface", "endCount", "ends", "tints"])
+    const names = "turn size texels span grey level stretch isSurface cropLow cropHigh samples map opacity density tint endCount ends tints";
+    for (const name of names.split(" "))
       this.#uniforms[name] = gl.getUniformLocation(program, name);
     gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array([-1, -1, 3, -1, -1, 3]), gl.STATIC_DRAW);
@@ -320,6 +363,23 @@ export class SpaceView {
     gl.enableVertexAttribArray(corner);
     gl.vertexAttribPointer(corner, 2, gl.FLOAT, false, 0, 0);
     this.#gl = gl;
+    gl.uniform1i(this.#uniforms.samples, 0);
+    gl.uniform1i(this.#uniforms.map, 1);
+    this.#map = this.#mapTexture = undefined;
+  }
+
+  /** Gives the graphics card the map of colors. */
+  #useMap(name) {
+    if (this.#map === name) return;
+    this.#map = name;
+    const gl = this.#gl;
+    gl.activeTexture(gl.TEXTURE1);
+    this.#mapTexture ??= gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, this.#mapTexture);
+    for (const of of ["MIN", "MAG"]) gl.texParameteri(gl.TEXTURE_2D, gl[`TEXTURE_${of}_FILTER`], gl.LINEAR);
+    for (const of of ["S", "T"]) gl.texParameteri(gl.TEXTURE_2D, gl[`TEXTURE_WRAP_${of}`], gl.CLAMP_TO_EDGE);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 256, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, mapPixels(name, 256));
+    gl.activeTexture(gl.TEXTURE0);
   }
 
   draw() {
@@ -342,7 +402,8 @@ export class SpaceView {
     if (this.canvas.width !== width || this.canvas.height !== height)
       [this.canvas.width, this.canvas.height] = [width, height];
     gl.viewport(0, 0, width, height);
-    const { around, up } = this.#turn;
+    const { volume, space } = this.#state;
+    const { around, up } = space.turn;
     const [ca, sa, cu, su] = [Math.cos(around), Math.sin(around), Math.cos(up), Math.sin(up)];
     // The right, the top and the front of the picture, in left, posterior, head: the head is up, and the patient looks
     // at whoever looks at the picture. Without directions, these are x, y, z.
@@ -359,16 +420,28 @@ export class SpaceView {
     gl.uniformMatrix3fv(this.#uniforms.turn, false, turn.flat());
     gl.uniform3f(this.#uniforms.size, ...lengths);
     gl.uniform3f(this.#uniforms.texels, ...size);
-    const span = 0.5 / this.#zoom;
+    const span = 0.5 / space.zoom;
     const shape = width / height;
     const spans = [span * Math.max(shape, 1), span * Math.max(1 / shape, 1)];
     gl.uniform2f(this.#uniforms.span, ...spans);
     this.#placeSides(turn, spans);
+    const crop = cropOf(space, volume.dims);
+    const shares = [crop.low, crop.high].map((place) => place.map((n, axis) => n / volume.dims[axis]));
+    this.#placeBox(turn, spans, shares);
+    gl.uniform3f(this.#uniforms.cropLow, ...shares[0]);
+    gl.uniform3f(this.#uniforms.cropHigh, ...shares[1]);
+    this.#useMap(space.map);
+    gl.uniform1f(this.#uniforms.opacity, space.opacity.surface);
+    gl.uniform1f(this.#uniforms.density, densityOf(space.opacity.fog));
     const { shades } = this.#state;
     gl.uniform2f(this.#uniforms.grey, (shades.low - low) / (high - low), (shades.high - low) / (high - low));
     gl.uniform1f(this.#uniforms.level, (level - low) / (high - low));
     gl.uniform1f(this.#uniforms.stretch, this.#isMoving ? 1 : 0.5);
-    gl.uniform1i(this.#uniforms.isSurface, this.#kind === "fog" ? 0 : 1);
+    gl.uniform1i(this.#uniforms.isSurface, space.kind === "fog" ? 0 : 1);
+    // The color of its value, but never black: then its shape could not be seen.
+    const share = Math.max((level - shades.low) / (shades.high - shades.low), 0.25);
+    const tint = space.map === "grey" ? bone : colorIn(space.map, share).map((n) => n / 255);
+    gl.uniform3f(this.#uniforms.tint, ...tint);
     const { ends, tints } = this.#classes();
     gl.uniform1i(this.#uniforms.endCount, ends.length);
     if (ends.length > 0) {
@@ -393,15 +466,31 @@ export class SpaceView {
     }
   }
 
+  /** The edges of the box that is left, if it is not the whole one. */
+  #placeBox([right, top], spans, [low, high]) {
+    const { lengths } = this.#picture;
+    const isWhole = low.every((n) => n === 0) && high.every((n) => n === 1);
+    const corner = (bits) => [0, 1, 2].map((axis) => ((bits & (1 << axis) ? high : low)[axis] - 0.5) * lengths[axis]);
+    const pointOf = (p) => [right, top].map((v, i) => ((i === 0 ? 1 : -1) * p.reduce((sum, n, axis) => sum + n * v[axis], 0)) / spans[i]);
+    const edges = [0, 1, 2, 3, 4, 5, 6, 7].flatMap((bits) =>
+      [1, 2, 4].filter((bit) => !(bits & bit)).map((bit) => `M${pointOf(corner(bits))}L${pointOf(corner(bits | bit))}`),
+    );
+    this.elements.box.setAttribute("d", isWhole ? "" : edges.join(""));
+  }
+
   #handleInput() {
     const { canvas } = this;
     const turnBy = (dx, dy) => {
-      this.#turn.around -= dx;
-      this.#turn.up = Math.min(Math.max(this.#turn.up + dy, -1.55), 1.55);
+      const { space } = this.#state;
+      const { around, up } = space.turn;
+      space.turn = { around: around - dx, up: Math.min(Math.max(up + dy, -1.55), 1.55) };
+      this.#onChange();
       this.draw();
     };
     const zoomBy = (factor) => {
-      this.#zoom = Math.min(Math.max(this.#zoom * factor, 0.3), 20);
+      const { space } = this.#state;
+      space.zoom = Math.min(Math.max(space.zoom * factor, 0.3), 20);
+      this.#onChange();
       this.draw();
     };
     followPointers(canvas, {

@@ -14,6 +14,16 @@ export const planes = [
   { normal: 2, across: 0, down: 1 },
 ];
 
+/** The first sample of a brick along an axis with `count` samples, and its end: bricks begin one later without a lead. */
+export function rangeOfBrick({ brickEdge, lead }, number, count) {
+  const shift = lead ? 0 : 1;
+  const begin = number === 0 ? 0 : number * brickEdge + shift;
+  return [begin, Math.min((number + 1) * brickEdge + shift, count)];
+}
+
+/** The brick in which a sample lies, along an axis. */
+export const numberOfBrick = ({ brickEdge, lead }, sample) => Math.max(Math.floor((sample - (lead ? 0 : 1)) / brickEdge), 0);
+
 const slicesOf = (slice) => (slice instanceof Slab ? [slice.begin, slice.end] : [slice, slice + 1]);
 
 export class Tiles {
@@ -54,18 +64,14 @@ export class Tiles {
     return this.#flying.size;
   }
 
-  /** The first sample of a tile along an axis, and its end: bricks begin one later where the volume has no lead. */
+  /** The first sample of a tile along an axis, and its end. */
   range(level, axis, number) {
-    const { brickEdge, lead } = this.#like;
-    const shift = lead ? 0 : 1;
-    const begin = number === 0 ? 0 : number * brickEdge + shift;
-    return [begin, Math.min((number + 1) * brickEdge + shift, this.#volume.levels[level].dims[axis])];
+    return rangeOfBrick(this.#like, number, this.#volume.levels[level].dims[axis]);
   }
 
   /** The tile in which a sample lies. */
   number(sample) {
-    const { brickEdge, lead } = this.#like;
-    return Math.max(Math.floor((sample - (lead ? 0 : 1)) / brickEdge), 0);
+    return numberOfBrick(this.#like, sample);
   }
 
   /** Its samples, if they are there. */

@@ -1,6 +1,7 @@
 // The page: opens a file, and links the views.
 import { open } from "@tagrid/decoder";
 import { secondState } from "./comparison.js";
+import { addressOf, nameIn, nameOf } from "./addresses.js";
 import { ComparisonPanel } from "./comparison_panel.js";
 import { Announcer } from "./announcer.js";
 import { boundRows, factRows, fillList, scaleOf } from "./describe.js";
@@ -10,13 +11,19 @@ import { linkOf, shownBy } from "./link.js";
 import { MaterialsPanel } from "./materials_panel.js";
 import { MeasuresPanel } from "./measures_panel.js";
 import { Measuring } from "./measuring.js";
-import { numberText } from "./numbers.js";
+import { measuredText, numberText } from "./numbers.js";
 import { captionOf, composed, save } from "./picture_file.js";
 import { placesOf } from "./places.js";
+import { frameOf, turnedAbout } from "./plane.js";
+import { turnedByDrag } from "./plane_line.js";
+import { PlanePanel } from "./plane_panel.js";
+import { PlaneView } from "./plane_view.js";
 import { Presets } from "./presets.js";
-import { readoutRows } from "./readout.js";
+import { planeRows, readoutRows } from "./readout.js";
 import { RegionReader } from "./region_reader.js";
 import { Shades } from "./shades.js";
+import { newSpace } from "./space.js";
+import { SpacePanel } from "./space_panel.js";
 import { SlabPanel } from "./slab_panel.js";
 import { SliceView } from "./slice_view.js";
 import { Tiles } from "./tiles.js";
@@ -50,6 +57,10 @@ const state = {
   chosenMeasure: undefined,
   // See slab.js; the thickness is a length, or a number of slices.
   slab: { kind: "none", thickness: 5, isInSlices: false },
+  // See space.js.
+  space: newSpace(),
+  // See plane.js; it passes through the cross hair.
+  plane: { isShown: false, base: "axial", tilt: 30, turn: 0, spin: 0, through: [0, 0, 0] },
 };
 
 /** A view of slices in a section of the page, of the file that a state has. */
@@ -72,6 +83,25 @@ function makeView(name, section, ofState) {
   const view = new SliceView(canvas, name, ofState, () => draw(), onError);
   return Object.assign(view, { slider, section });
 }
+/** The view of the plane in any direction. Its slider moves the plane along its normal. */
+function makePlaneView(section) {
+  const canvas = document.createElement("canvas");
+  canvas.tabIndex = 0;
+  canvas.setAttribute("role", "img");
+  const slider = document.createElement("input");
+  Object.assign(slider, { type: "range", className: "slices", ariaLabel: "distance of the oblique plane" });
+  slider.addEventListener("input", () => {
+    const [low, , at] = view.reach;
+    actions.go(view, 2, (low + slider.valueAsNumber - at) / Math.min(...state.steps));
+  });
+  section.append(canvas, slider);
+  const view = new PlaneView(canvas, state, () => update(), (error) => {
+    failure = error.message;
+    if (error.code === "io-error") retryLater(state.volume);
+    draw();
+  });
+  return Object.assign(view, { slider, section });
+}
 const planeNames = ["axial", "coronal", "sagittal"];
 const sliceViews = planeNames.map((name) => makeView(name, sections[name], state));
 // Of a second file, or of its difference from the first: at the same places.
@@ -87,7 +117,14 @@ const secondViews = sliceViews.map((first) => {
 });
 /** All views of slices that may be shown now. */
 const allViews = () => (second.volume ? [...sliceViews, ...secondViews] : sliceViews);
-const spaceView = new SpaceView(sections.space, state);
+const planeView = makePlaneView(sections.plane);
+const spaceView = new SpaceView(sections.space, state, () => spaceChanged());
+const spacePanel = new SpacePanel(state, () => spaceChanged());
+function spaceChanged() {
+  spacePanel.update();
+  spaceView.draw();
+  keepLink();
+}
 const displayWindow = new DisplayWindow(state, () => {
   presets.update();
   comparisonPanel.windowChanged();
@@ -132,18 +169,27 @@ const measuresPanel = new MeasuresPanel(state, {
   show(measure) {
     state.chosenMeasure = measure;
     const position = measure.points.reduce((sum, place) => sum.map((n, axis) => n + place[axis] / measure.points.length), [0, 0, 0]);
-    actions.moveTo(position);
+    if (measure.plane) planePanel.set(measure.plane);
+    actions.moveTo(position, measure.plane && position);
     measuresPanel.update();
   },
   step(measure, i, count) {
+    if (measure.plane) return measuring.step(measure, planeView.changeAlong(i, count));
     const view = sliceViews.find(({ normal }) => normal === measure.normal);
-    measuring.step(measure, i === 0 ? view.across : view.down, count * view.signs[i]);
+    const axis = i === 0 ? view.across : view.down;
+    measuring.step(measure, [0, 1, 2].map((other) => (other === axis ? count * view.signs[i] : 0)));
   },
   remove: (measure) => measuring.remove(measure),
 });
 const slabPanel = new SlabPanel(state, () => {
   for (const view of allViews()) view.changed();
   update();
+});
+const planePanel = new PlanePanel(state, (isToggled) => {
+  planeView.changed();
+  if (isToggled) showTab(state.plane.isShown || shownTab !== "plane" ? shownTab : "all");
+  else update();
+  if (state.plane.isShown) announcePlane();
 });
 const announcer = new Announcer(element("announcement"));
 let file;
@@ -168,6 +214,7 @@ function draw() {
     if (!state.volume) return;
     if (haveFirst()) displayWindow.chooseOnce(coarsestSlices());
     for (const view of allViews()) view.draw();
+    planeView.draw();
     materialsPanel.update();
     comparisonPanel.update();
     noteTimes();
@@ -175,7 +222,7 @@ function draw() {
       isFirstDrawn = true;
       read();
     }
-    const isComplete = allViews().every((view) => !view.isShown || view.isSettled);
+    const isComplete = [...allViews(), planeView].every((view) => !view.isShown || view.isSettled);
     showProgress(isComplete);
     // After the slices, which come first.
     if (isComplete) spaceView.update();
@@ -221,7 +268,7 @@ function read() {
   if (!state.volume) return;
   if (!haveFirst()) isFirstDrawn = false;
   // Looked at before the views look: a wait that ends between would be a read that nobody plans.
-  const waits = Math.max(...allViews().map((view) => view.waits));
+  const waits = Math.max(...[...allViews(), planeView].map((view) => view.waits));
   const regions = sliceViews.flatMap((view, order) => view.regions(order, isFirstDrawn));
   const ofLabels = sliceViews.flatMap((view, order) => view.labelRegions(order));
   const isOneVolume = state.labels?.tiles === state.tiles;
@@ -230,7 +277,14 @@ function read() {
   state.tiles.want(regions);
   if (!isOneVolume) state.labels?.tiles.want(ofLabels);
   for (const view of sliceViews) view.wantGrid();
-  if (waits > 0) timer = setTimeout(read, waits + 1);
+  // After the slices, which come first.
+  if (isFirstDrawn) planeView.read();
+  if (waits > 0)
+    timer = setTimeout(() => {
+      read();
+      // It is drawn roughly while it moves.
+      if (planeView.isShown) draw();
+    }, waits + 1);
 }
 
 /** Reads what the second views want, after what the others want; returns what they want of the first file. */
@@ -256,14 +310,24 @@ function update() {
     slider.value = state.position[normal];
     slider.setAttribute("aria-valuetext", `slice ${state.position[normal] + 1} of ${state.volume.dims[normal]}`);
   }
+  if (planeView.isShown) placePlaneSlider();
   draw();
   read();
   showReadout();
   keepLink();
 }
 
+function placePlaneSlider() {
+  const { slider } = planeView;
+  const [low, high, at] = planeView.reach;
+  Object.assign(slider, { min: 0, max: high - low, step: (high - low) / 1000 });
+  slider.value = at - low;
+  slider.setAttribute("aria-valuetext", `${measuredText(at - low, Math.min(...state.steps))} ${state.places.unit} of ${measuredText(high - low, 1)}`);
+  planeView.canvas.setAttribute("aria-label", planeView.title);
+}
+
 function fit() {
-  const shown = sliceViews.filter((view) => view.isShown);
+  const shown = (shownTab === "plane" ? [planeView] : sliceViews).filter((view) => view.isShown);
   if (shown.length === 0) return;
   state.isFitted = true;
   state.zoom = Math.min(...shown.map((view) => view.fittingZoom()));
@@ -271,17 +335,27 @@ function fit() {
     const { dims } = state.volume;
     view.center = [dims[view.across] / 2, dims[view.down] / 2];
   }
+  planeView.center = state.volume.dims.map((n) => n / 2);
 }
 
 // ---- What the input does -------------------------------------------------------------------------------------------
 
+// Degrees by which a pixel of a drag in its own picture turns the oblique plane.
+const dragDegrees = 0.3;
 const actions = {
-  moveTo(position) {
+  /** The cross hair at a sample, or the sample at a place; in an oblique plane, `through` is the place itself. */
+  moveTo(position, through) {
     const { dims } = state.volume;
     const within = position.map((p, axis) => Math.min(Math.max(Math.floor(p), 0), dims[axis] - 1));
     for (const view of allViews()) if (within[view.normal] !== state.position[view.normal]) view.changed();
+    const isMoved = within.some((p, axis) => p !== state.position[axis]);
     state.position = within;
-    measuring.follow();
+    if (through) state.plane = { ...state.plane, through };
+    else if (isMoved) {
+      state.plane = { ...state.plane, through: within.map((p) => p + 0.5) };
+      planeView.changed();
+    }
+    measuring.follow([...sliceViews, planeView]);
     announcePlace();
     // Follows the cross hair where it leaves the canvas.
     for (const view of sliceViews) {
@@ -293,6 +367,18 @@ const actions = {
     }
     update();
   },
+  /** The cross hair at a point of a view. */
+  moveIn(view, point) {
+    const place = view.spaceAt(...point);
+    actions.moveTo(place, view.isPlane && place);
+  },
+  /** The cross hair some samples to the right (0), down (1), or across the slice or plane (2). */
+  go(view, way, count) {
+    if (!view.isPlane) return actions.step([view.across, view.down, view.normal][way], [...view.signs, 1][way] * count);
+    const place = view.along(way, count);
+    if (way === 2) view.changed();
+    actions.moveTo(place, place);
+  },
   step(axis, count) {
     const position = [...state.position];
     position[axis] += count;
@@ -303,9 +389,8 @@ const actions = {
     const { dims } = state.volume;
     const least = view.fittingZoom() / 8;
     const most = 100 / Math.min(...state.steps);
-    const cross = (other) =>
-      other.pointOf([other.across, other.down].map((axis) => Math.min(state.position[axis] + 0.5, dims[axis])));
-    const others = sliceViews.filter((other) => other.normal !== view.normal).map((other) => [other, cross(other)]);
+    const cross = (other) => other.pointIn(other.cross);
+    const others = [...sliceViews, planeView].filter((other) => other.name !== view.name).map((other) => [other, cross(other)]);
     view.zoomAround(x, y, () => {
       state.zoom = Math.min(Math.max(state.zoom * factor, Math.min(least, most)), most);
     });
@@ -352,12 +437,17 @@ const actions = {
     position: state.position,
     zoom: state.zoom,
     isFitted: state.isFitted,
+    plane: state.plane,
+    planeCenter: planeView.center,
     centers: sliceViews.map(({ center }) => center),
     low: state.shades.low,
     high: state.shades.high,
   }),
-  restore({ low, high, centers, ...shown }) {
+  restore({ low, high, centers, planeCenter, ...shown }) {
     Object.assign(state, shown);
+    planeView.center = planeCenter;
+    planePanel.update();
+    planeView.changed();
     for (const [i, view] of sliceViews.entries()) {
       view.center = centers[i];
       view.changed();
@@ -367,8 +457,22 @@ const actions = {
   },
   fit() {
     state.isFitted = true;
-    for (const view of allViews()) view.changed();
+    for (const view of [...allViews(), planeView]) view.changed();
     update();
+  },
+  /** Shows the oblique plane, or hides it. */
+  plane: () => planePanel.toggle(),
+  /** Turns it by degrees of one of its angles. */
+  turn: (name, degrees) => planePanel.turn(name, degrees),
+  /** A drag in a view turns the plane that was `before`: its line, or in its own picture, the picture as a whole. */
+  tilt(view, before, from, to) {
+    if (!view.isPlane) return planePanel.set({ ...turnedByDrag(view, state, before, from, to), through: state.plane.through, isShown: true });
+    const [right, down] = frameOf(before, planeView.steps, state.places.axes);
+    const [dx, dy] = to.map((n, i) => n - from[i]);
+    // About the line in the picture that lies across the drag.
+    const length = Math.hypot(dx, dy) || 1;
+    const axis = right.map((n, i) => (-dy * n + dx * down[i]) / length);
+    planePanel.set(turnedAbout(before, axis, length * dragDegrees, planeView.steps, state.places.axes));
   },
   colors: () => materialsPanel.toggle(),
   grid() {
@@ -380,14 +484,22 @@ const actions = {
   async picture() {
     try {
       if (shownTab === "space") {
-        const lines = [state.name, "in 3D, with a precision of 11 bits: not for measuring"];
+        const { kind, map, crop } = state.space;
+        const box = crop && `samples from ${crop.low.join(", ")} to ${crop.high.map((n) => n - 1).join(", ")}`;
+        const colors = map !== "grey" && `colors: ${map}`;
+        const lines = [
+          state.name,
+          "in 3D, with a precision of 11 bits: not for measuring",
+          [kind === "surface" && `surface of ${numberText(spaceView.level, 6)} ${state.scale.unit}`.trim(), colors, box].filter(Boolean).join(" · "),
+        ];
         return await save(composed([{ canvas: spaceView.canvas, lines }]), `${state.name}-3D`);
       }
       const { name } = activeView();
-      const views = allViews().filter((view) => view.name === name);
+      const views = [...allViews(), planeView].filter((view) => view.name === name);
       for (const view of views) view.draw();
       const pictures = views.map((view, i) => ({ canvas: view.canvas, lines: captionOf(view, i === 0 ? state : second) }));
-      await save(composed(pictures), `${state.name}-${views[0].label}-${state.position[views[0].normal] + 1}`);
+      const which = views[0].isPlane ? views[0].title : `${views[0].label}-${state.position[views[0].normal] + 1}`;
+      await save(composed(pictures), `${state.name}-${which}`);
     } catch (error) {
       say(`The picture could not be saved: ${error.message}`, true);
     }
@@ -396,6 +508,7 @@ const actions = {
   tool(name) {
     if (name !== state.tool) measuring.leave();
     state.tool = name;
+    if (name === "tilt" && state.volume && !state.plane.isShown) planePanel.toggle();
     for (const button of document.querySelectorAll("[data-tool]"))
       button.setAttribute("aria-pressed", String(button.dataset.tool === name));
   },
@@ -419,6 +532,8 @@ function coarsestSlices() {
 let pointed;
 function showReadout() {
   if (!state.volume) return;
+  if (pointed?.view.isPlane || (!pointed && shownTab === "plane"))
+    return fillList(element("readout"), planeRows(state, pointed ? planeView.placeAt(pointed.x, pointed.y) : planeView.cross, planeView));
   const place = [...state.position];
   if (pointed) {
     const { view } = pointed;
@@ -433,14 +548,29 @@ function showReadout() {
 /** Tells screen readers the slice and the values at the cross hair. */
 function announcePlace() {
   announcer.say(() => {
-    const { name, normal, title } = activeView();
+    const { name, normal, title, isPlane } = activeView();
+    if (isPlane) {
+      const rows = planeRows(state, planeView.cross, planeView);
+      return rows.some(([, text]) => text === "…") ? undefined : `${title}: ${inWords(rows)}`;
+    }
     const views = allViews().filter((view) => view.name === name);
     const rows = [...readoutRows(state, state.position, views[0]), ...(views[1] ? secondRows(state.position, views[1]) : [])];
     if (rows.some(([, text]) => text === "…")) return undefined;
-    // The values first.
-    const isPlace = ([row]) => row === "sample" || row.startsWith("position");
-    const words = [...rows.filter((row) => !isPlace(row)), ...rows.filter(isPlace)].map((row) => row.join(" ").trim());
-    return `${title} slice ${state.position[normal] + 1} of ${state.volume.dims[normal]}: ${words.join("; ")}`;
+    return `${title} slice ${state.position[normal] + 1} of ${state.volume.dims[normal]}: ${inWords(rows)}`;
+  });
+}
+
+/** Rows of the readout, the values first. */
+function inWords(rows) {
+  const isPlace = ([row]) => row === "sample" || row.startsWith("position") || row.startsWith("place");
+  return [...rows.filter((row) => !isPlace(row)), ...rows.filter(isPlace)].map((row) => row.join(" ").trim()).join("; ");
+}
+
+/** Tells them how the oblique plane lies now, and the value at the cross hair. */
+function announcePlane() {
+  announcer.say(() => {
+    const rows = planeView.isShown ? planeRows(state, planeView.cross, planeView) : [];
+    return rows.some(([, text]) => text === "…") ? undefined : [planeView.title, inWords(rows)].filter(Boolean).join(": ");
   });
 }
 
@@ -521,6 +651,7 @@ function retryLater(volume) {
     failure = undefined;
     state.tiles.retry();
     state.labels?.tiles.retry();
+    planeView.retry();
     comparisonPanel.file?.tiles.retry();
     update();
   }, retryAfter);
@@ -564,7 +695,10 @@ function show(volume, before) {
   state.places = placesOf(volume);
   state.steps = state.places.steps;
   state.shades = new Shades(state.scale);
-  if (!before) state.position = volume.dims.map((n) => Math.floor(n / 2));
+  if (!before) {
+    state.position = volume.dims.map((n) => Math.floor(n / 2));
+    state.plane = { ...state.plane, through: state.position.map((p) => p + 0.5) };
+  }
   state.isFitted = true;
   presets.reset();
   displayWindow.start(before);
@@ -575,6 +709,10 @@ function show(volume, before) {
   fillList(element("bounds"), boundRows(volume, state.scale));
   fillList(element("facts"), factRows(volume, state.scale, state.places));
   element("metadata").textContent = volume.metadata;
+  planeView.reset();
+  planePanel.update();
+  if (!before) state.space.crop = undefined;
+  spacePanel.update();
   spaceView.reset();
   // Volumes of a file lie at one place.
   slabPanel.update();
@@ -630,53 +768,28 @@ function openAddress(text, shown) {
   }
 }
 
-function addressOf(text) {
-  let url;
-  try {
-    url = new URL(text, location.href);
-  } catch {
-    throw new Error(`${text} is not an address`);
-  }
-  // Other schemes of addresses may run code, or read what only this page may.
-  if (!/^https?:$/.test(url.protocol)) throw new Error("an address begins with http:// or https://");
-  return url;
-}
-
-/** The name of the file at an address. Names that are no UTF-8 stay encoded. */
-function nameIn({ pathname, host }) {
-  const name = pathname.split("/").at(-1);
-  try {
-    return decodeURIComponent(name) || host;
-  } catch {
-    return name;
-  }
-}
-
-function nameOf(text) {
-  try {
-    return nameIn(addressOf(text));
-  } catch {
-    return text;
-  }
-}
-
 // ---- Links ---------------------------------------------------------------------------------------------------------
 
 /** Shows what a link says of the file that is open; see link.js. */
 function showLink(shown) {
-  const { position, window, zoom, centers, view, slab, measures, showsGrid, end } = shown;
+  const { position, window, zoom, centers, view, slab, plane, space, level, measures, showsGrid, end } = shown;
   const { dims } = state.volume;
-  if (view) showTab(view);
+  const isIn = (place) => place.every((p, axis) => p >= 0 && p <= dims[axis]);
+  const isPlane = plane && isIn(plane.through);
+  if (isPlane) state.plane = plane;
+  planePanel.update();
+  if (view || isPlane) showTab(view ?? shownTab);
   if (slab) slabPanel.set(slab);
+  if (space) Object.assign(state.space, space);
+  if (space || level !== undefined) spaceView.show(level);
   if (showsGrid && !state.showsGrid) actions.grid();
   if (end) comparisonPanel.setEnd(end);
   if (measures) {
-    const isWithin = ({ normal, slice, points }) =>
-      slice < dims[normal] && points.every((point) => point.every((p, axis) => p >= 0 && p <= dims[axis]));
+    const isWithin = ({ normal, slice, plane: other, points }) => (other ? isIn(other.through) : slice < dims[normal]) && points.every(isIn);
     measuring.reset();
     measuring.add(measures.filter(isWithin));
   }
-  if (position) actions.moveTo(position);
+  if (position) actions.moveTo(position, isPlane && plane.through);
   if (zoom && centers) {
     state.isFitted = false;
     state.zoom = zoom;
@@ -712,6 +825,7 @@ function keepLink() {
     put("compare-by", comparisonPanel.link?.kind === "difference" ? "difference" : undefined);
     url.hash = linkOf({
       ...state,
+      level: spaceView.isLevelChosen ? spaceView.level : undefined,
       window: displayWindow.isChosen ? [state.shades.low, state.shades.high] : undefined,
       zoom: state.isFitted ? undefined : state.zoom,
       centers: sliceViews.map(({ center }) => center),
@@ -730,17 +844,24 @@ addEventListener("hashchange", () => state.volume && showLink(shownBy(location.h
 let shownTab;
 const isSmall = matchMedia("(max-width: 720px), (max-height: 480px)");
 function showTab(name) {
+  if (name === "plane" && !state.plane.isShown) {
+    state.plane = { ...state.plane, isShown: true };
+    planePanel.update();
+  }
   shownTab = name;
-  const isCompared = Boolean(second.volume) && name !== "space";
+  const isCompared = Boolean(second.volume) && name !== "space" && name !== "plane";
   element("views").classList.toggle("single", name !== "all");
   element("views").classList.toggle("compared", isCompared);
   for (const [view, section] of Object.entries(sections)) section.hidden = name !== "all" && name !== view;
-  if (isCompared) sections.space.hidden = true;
+  // Where all are shown, there is room for one of these; next to a second file, for none.
+  if (name === "all") sections[state.plane.isShown ? "space" : "plane"].hidden = true;
+  if (isCompared) sections.space.hidden = sections.plane.hidden = true;
+  element("space-use").hidden = sections.space.hidden;
   for (const view of [...sliceViews, ...secondViews]) view.isCompared = isCompared;
   for (const view of secondViews) view.section.hidden = !isCompared || (name !== "all" && name !== view.name);
   for (const button of document.querySelectorAll("[data-tab]"))
     button.setAttribute("aria-pressed", String(button.dataset.tab === name));
-  for (const view of allViews()) view.changed();
+  for (const view of [...allViews(), planeView]) view.changed();
   update();
 }
 for (const button of document.querySelectorAll("[data-tab]"))
@@ -748,8 +869,8 @@ for (const button of document.querySelectorAll("[data-tab]"))
 for (const button of document.querySelectorAll("[data-tool]"))
   button.addEventListener("click", () => actions.tool(button.dataset.tool));
 const activeView = () =>
-  allViews().find((view) => view.canvas === document.activeElement) ??
-  sliceViews.find((view) => view.isShown) ??
+  [...allViews(), planeView].find((view) => view.canvas === document.activeElement) ??
+  [...sliceViews, planeView].find((view) => view.isShown) ??
   sliceViews[0];
 element("auto").addEventListener("click", () => state.volume && actions.autoWindow());
 element("grid").addEventListener("click", () => state.volume && actions.grid());
@@ -757,15 +878,15 @@ element("picture").addEventListener("click", () => state.volume && actions.pictu
 element("fit").addEventListener("click", () => state.volume && actions.fit());
 element("zoom-in").addEventListener("click", () => state.volume && actions.zoom(activeView(), 1.5));
 element("zoom-out").addEventListener("click", () => state.volume && actions.zoom(activeView(), 1 / 1.5));
-for (const view of [...sliceViews, ...secondViews]) handlePointers(view, state, actions);
+for (const view of [...sliceViews, ...secondViews, planeView]) handlePointers(view, state, actions);
 handleKeys(state, actions, activeView);
 new ResizeObserver(() => {
-  for (const view of allViews()) view.changed();
+  for (const view of [...allViews(), planeView]) view.changed();
   update();
 }).observe(element("views"));
 
 globalThis.tagridViewer = {
-  state, second, sliceViews, secondViews, spaceView, materialsPanel, comparisonPanel, regionReader, actions, times,
+  state, second, sliceViews, secondViews, planeView, spaceView, materialsPanel, comparisonPanel, regionReader, actions, times,
 };
 showTab(isSmall.matches ? "axial" : "all");
 const given = new URLSearchParams(location.search);
@@ -776,6 +897,6 @@ if (source) {
   element("welcome").hidden = false;
   openAddress(source, shownBy(location.hash));
 }
-materialsPanel.start({ materials, labels, labelVolume }, addressOf);
+materialsPanel.start({ materials, labels, labelVolume });
 if (compared !== null)
   comparisonPanel.open(() => addressOf(compared), nameOf(compared), compareBy === "difference" ? "difference" : "beside", compared);
