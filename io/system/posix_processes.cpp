@@ -209,20 +209,12 @@ class SystemProcesses final : public Processes {
   }
 };
 
-Processes* processes_instead = nullptr;
-
 }  // namespace
 
 Processes& processes_of_system() {
   static Processes& all = *new SystemProcesses;
   return all;
 }
-
-Processes& processes() { return processes_instead != nullptr ? *processes_instead : processes_of_system(); }
-
-ProcessesInstead::ProcessesInstead(Processes& processes)
-    : before_(std::exchange(processes_instead, &processes)) {}
-ProcessesInstead::~ProcessesInstead() { processes_instead = before_; }
 
 std::string name_of_signal(int number) { return strsignal(number); }
 

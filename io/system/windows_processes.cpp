@@ -21,8 +21,6 @@ class NoProcesses final : public Processes {
   void kill(int) override {}
 };
 
-Processes* processes_instead = nullptr;
-
 int no_system_call() {
   errno = ENOSYS;
   return -1;
@@ -34,11 +32,6 @@ Processes& processes_of_system() {
   static Processes& all = *new NoProcesses;
   return all;
 }
-
-Processes& processes() { return processes_instead != nullptr ? *processes_instead : processes_of_system(); }
-ProcessesInstead::ProcessesInstead(Processes& processes)
-    : before_(std::exchange(processes_instead, &processes)) {}
-ProcessesInstead::~ProcessesInstead() { processes_instead = before_; }
 
 std::ptrdiff_t receive_request(std::span<char>, TwinStreams&) { return no_system_call(); }
 int start_twin(const TwinStreams&, std::FILE*) { return no_system_call(); }
