@@ -5,16 +5,21 @@ does with names, pipes, locks and files that are open.
         FOLDER: where tools/windows.sh builds. With TAGRID_LONG=1, as that takes minutes.
 """
 
+import contextlib
 import json
 import os
 import pathlib
 import random
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
+import urllib.error
+import urllib.request
+from urllib.parse import parse_qs, urljoin, urlsplit
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM, FOLDER = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
@@ -73,6 +78,28 @@ class WindowsProgram(unittest.TestCase):
         self.assertEqual(there.returncode, here.returncode, (arguments, here.stderr, there.stderr))
         self.assertEqual(there.stdout, here.stdout, arguments)
         return there
+
+    @contextlib.contextmanager
+    def server(self, *command, environment=None):
+        """A command that serves something, and the first line that it prints; Ctrl-C ends it."""
+        with subprocess.Popen([str(part) for part in command], cwd=self.folder / "there", stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, env={**os.environ, **(environment or {})}) as process:
+            try:
+                yield process.stdout.readline().decode().strip()
+                process.send_signal(signal.SIGINT)
+                self.assertEqual(process.wait(20), 0, command)
+            finally:
+                process.kill()
+
+    @staticmethod
+    def asked(address, **headers):
+        """The code of an answer, what is said of its bytes, and they."""
+        request = urllib.request.Request(address, headers=headers)
+        try:
+            with urllib.request.urlopen(request, timeout=60) as answer:
+                return answer.status, answer.headers["Content-Type"], answer.headers["Content-Range"], answer.read()
+        except urllib.error.HTTPError as error:
+            return error.code, error.headers["Content-Type"], error.headers["Content-Range"], error.read()
 
     def files(self, name):
         return {str(path.relative_to(self.folder / name)): path.read_bytes()
@@ -226,6 +253,62 @@ class WindowsProgram(unittest.TestCase):
         self.assertIn(0, [code for _, code in ends], ends)
         self.assertEqual(self.there("archive", "check", "out", "-q").returncode, 0)
         self.assertEqual(len(list((self.folder / "there/out").glob("*.tag"))), 3)
+
+    def test_serve_gives_the_same_answers(self):
+        self.there("phantom", "--dims", "90,80,70", "-q", "-o", "p.nrrd")
+        self.there("encode", "p.nrrd", "--max-error", "2", "--overviews", "auto", "-q", "-o", "p.tag")
+        answers = []
+        paths = ("zarr.json", "0/zarr.json", "0/c/0/0/0", "0/c/1/1/1", "1/c/0/0/0", "none", "/")
+        for command in ([PROGRAM], [WINE, self.exe]):
+            with self.server(*command, "serve", "p.tag") as address:
+                self.assertRegex(address, r"^http://127\.0\.0\.1:\d+/[0-9a-f]{32}/p\.zarr/$")
+                page = self.asked(address)
+                self.assertIn(address.encode(), page[-1])
+                ranges = ("bytes=5-99", "bytes=-7", "bytes=99999999-")
+                answers.append([page[:-1], page[-1].replace(address.encode(), b""),
+                                *(self.asked(urljoin(address, path)) for path in paths),
+                                *(self.asked(urljoin(address, "0/c/0/0/0"), Range=text) for text in ranges),
+                                self.asked(address, Host="example.org")])
+                # A connection that stays is no reason to wait.
+                idle = urllib.request.urlopen(address, timeout=60)  # pylint: disable=consider-using-with
+                self.addCleanup(idle.close)
+        self.assertEqual(answers[1], answers[0])
+        self.assertEqual([answer[0] for answer in answers[0][2:]],
+                         [200, 200, 200, 200, 200, 404, 404, 206, 206, 416, 403])
+
+    def test_a_port_has_one_server(self):
+        self.there("phantom", "--dims", "20,20,20", "-q", "-o", "p.nrrd")
+        self.there("encode", "p.nrrd", "-q", "-o", "p.tag")
+        with self.server(WINE, self.exe, "serve", "p.tag") as address:
+            port = urlsplit(address).port
+            again = self.there("serve", "p.tag", "--port", port)
+            self.assertEqual(again.returncode, 74)
+            self.assertIn(f"127.0.0.1, port {port}: Address already in use".encode(), again.stderr)
+
+    def test_view_opens_a_browser_with_an_address_that_works_once(self):
+        place = self.folder / "place"
+        (place / "viewer/decoder").mkdir(parents=True)
+        (place / "viewer/index.html").write_bytes(b"<!DOCTYPE html>")
+        (place / "viewer/decoder/worker.js").write_bytes(b"1;")
+        shutil.copy(self.exe, place)
+        # Wine gives addresses to the browser of Linux.
+        browser = self.folder / "xdg-open"
+        browser.write_text(f'#!/bin/sh\necho "$1" > "{self.folder}/part"\n'
+                           f'mv "{self.folder}/part" "{self.folder}/opened"\n')
+        browser.chmod(0o755)
+        self.there("phantom", "--dims", "20,20,20", "-q", "-o", "p.nrrd")
+        self.there("encode", "p.nrrd", "-q", "-o", "my scan.tag")
+        path = {"PATH": f"{self.folder}:{os.environ['PATH']}"}
+        with self.server(WINE, place / "tagrid.exe", "view", "my scan.tag", environment=path) as address:
+            file = urljoin(address, parse_qs(urlsplit(address).query)["src"][0].replace(" ", "%20"))
+            self.assertEqual(self.asked(file)[-1], (self.folder / "there/my scan.tag").read_bytes())
+            self.assertEqual(self.asked(file, Range="bytes=0-5")[-1], b"TAGRID")
+            for _ in range(600):
+                if (self.folder / "opened").exists():
+                    break
+                time.sleep(0.05)
+            opened = (self.folder / "opened").read_text().strip()
+            self.assertEqual([self.asked(opened)[0] for _ in range(2)], [200, 404])
 
     def test_memory_is_limited(self):
         self.there("phantom", "--dims", "100,100,100", "-q", "-o", "p.nrrd")
