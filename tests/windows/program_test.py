@@ -6,15 +6,18 @@ does with names, pipes, locks and files that are open.
 """
 
 import contextlib
+import http.server
 import json
 import os
 import pathlib
 import random
 import shutil
 import signal
+import ssl
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 import urllib.error
@@ -42,6 +45,28 @@ def volume(sample_type, count, generator):
         else:
             samples += value.to_bytes(size, "little")
     return bytes(samples)
+
+
+class Ranges(http.server.BaseHTTPRequestHandler):
+    """Answers with parts of the server's `content`."""
+    protocol_version = "HTTP/1.1"
+
+    def do_GET(self):  # pylint: disable=invalid-name
+        content = self.server.content.get(self.path)
+        if content is None:
+            self.send_error(404)
+            return
+        first, last = (int(number) for number in self.headers["Range"].removeprefix("bytes=").split("-"))
+        part = content[first:last + 1]
+        self.send_response(206)
+        self.send_header("Content-Range", f"bytes {first}-{first + len(part) - 1}/{len(content)}")
+        self.send_header("Content-Length", str(len(part)))
+        self.send_header("ETag", '"1"')
+        self.end_headers()
+        self.wfile.write(part)
+
+    def log_message(self, format, *args):  # pylint: disable=redefined-builtin
+        pass
 
 
 @unittest.skipUnless(WINE and shutil.which("x86_64-w64-mingw32-g++-posix"),
@@ -256,7 +281,7 @@ class WindowsProgram(unittest.TestCase):
 
     def test_serve_gives_the_same_answers(self):
         self.there("phantom", "--dims", "90,80,70", "-q", "-o", "p.nrrd")
-        self.there("encode", "p.nrrd", "--max-error", "2", "--overviews", "auto", "-q", "-o", "p.tag")
+        self.there("encode", "p.nrrd", "--max-error", "2", "--overviews", "4", "-q", "-o", "p.tag")
         answers = []
         paths = ("zarr.json", "0/zarr.json", "0/c/0/0/0", "0/c/1/1/1", "1/c/0/0/0", "none", "/")
         for command in ([PROGRAM], [WINE, self.exe]):
@@ -302,13 +327,55 @@ class WindowsProgram(unittest.TestCase):
         with self.server(WINE, place / "tagrid.exe", "view", "my scan.tag", environment=path) as address:
             file = urljoin(address, parse_qs(urlsplit(address).query)["src"][0].replace(" ", "%20"))
             self.assertEqual(self.asked(file)[-1], (self.folder / "there/my scan.tag").read_bytes())
-            self.assertEqual(self.asked(file, Range="bytes=0-5")[-1], b"TAGRID")
+            self.assertEqual(self.asked(file, Range="bytes=1-3")[-1], b"TAG")
             for _ in range(600):
                 if (self.folder / "opened").exists():
                     break
                 time.sleep(0.05)
             opened = (self.folder / "opened").read_text().strip()
             self.assertEqual([self.asked(opened)[0] for _ in range(2)], [200, 404])
+
+    def test_addresses_are_read_as_files(self):
+        self.here("phantom", "--dims", "90,80,70", "-q", "-o", "p.nrrd")
+        self.here("encode", "p.nrrd", "--overviews", "auto", "-q", "-o", "p.tag")
+        with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Ranges) as server:
+            server.content = {"/p.tag": (self.folder / "here/p.tag").read_bytes()}
+            threading.Thread(target=server.serve_forever, daemon=True).start()
+            self.addCleanup(server.shutdown)
+            address = f"http://127.0.0.1:{server.server_port}/p.tag"
+            self.assertEqual(self.both("info", address).returncode, 0)
+            self.assertEqual(self.both("decode", address, "-q", "-o", "back.nrrd").returncode, 0)
+            self.assertEqual(self.both("decode", address, "--step", "2", "-q", "-o", "small.nrrd").returncode, 0)
+            self.assertEqual(self.both("info", address + ".none").returncode, 74)
+            there = self.files("there")
+            self.assertEqual(there["back.nrrd"], self.files("here")["back.nrrd"])
+            self.assertEqual(there["small.nrrd"], self.files("here")["small.nrrd"])
+        # Nobody listens there any more.
+        self.assertEqual(self.there("info", address).returncode, 74)
+
+    @unittest.skipUnless(shutil.which("openssl"), "there is no openssl, which makes a certificate")
+    def test_certificates_are_checked(self):
+        key, certificate = self.folder / "key.pem", self.folder / "certificate.pem"
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-keyout", key, "-out", certificate,
+                        "-days", "2", "-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost"],
+                       check=True, capture_output=True)
+        self.here("phantom", "--dims", "20,20,20", "-q", "-o", "p.nrrd")
+        self.here("encode", "p.nrrd", "-q", "-o", "p.tag")
+        with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Ranges) as server:
+            context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+            context.load_cert_chain(certificate, key)
+            server.socket = context.wrap_socket(server.socket, server_side=True)
+            server.handle_error = lambda *_: None
+            server.content = {"/p.tag": (self.folder / "here/p.tag").read_bytes()}
+            threading.Thread(target=server.serve_forever, daemon=True).start()
+            self.addCleanup(server.shutdown)
+            address = f"https://localhost:{server.server_port}/p.tag"
+            done = self.there("info", address)
+            self.assertEqual(done.returncode, 74)
+            self.assertIn(b"UNTRUSTED_ROOT", done.stderr)
+            os.environ["CURL_CA_BUNDLE"] = str(certificate)
+            self.addCleanup(os.environ.pop, "CURL_CA_BUNDLE")
+            self.assertEqual(self.both("info", address).returncode, 0)
 
     def test_memory_is_limited(self):
         self.there("phantom", "--dims", "100,100,100", "-q", "-o", "p.nrrd")
