@@ -216,6 +216,9 @@ Processes& processes_of_system() {
   return all;
 }
 
+std::string_view end_of_program_names() { return ""; }
+char separator_of_folders() { return ':'; }
+
 std::string name_of_signal(int number) { return strsignal(number); }
 
 std::ptrdiff_t send_bytes(int socket, std::span<const std::byte> bytes) {
@@ -243,6 +246,8 @@ std::ptrdiff_t receive_request(std::span<char> to, TwinStreams& streams) {
   streams = {received[0], received[1], received[2]};
   return count;
 }
+
+bool can_start_twins() { return true; }
 
 int start_twin(const TwinStreams& streams, std::FILE* answers) {
 #ifdef TAGRID_SANITIZED

@@ -68,9 +68,10 @@ bool status_from(HANDLE handle, FileStatus& status) {
   GetFileInformationByHandleEx(handle, FileStandardInfo, &standard, sizeof standard);
   status.type = type_of(found.dwFileAttributes, tag.ReparseTag);
   status.size = std::uint64_t{found.nFileSizeHigh} << 32 | found.nFileSizeLow;
-  status.mode = status.type == FileType::folder                           ? 0777
+  // What others may do is not said here: nothing that would make it less safe than it is.
+  status.mode = status.type == FileType::folder                           ? 0755
                 : (found.dwFileAttributes & FILE_ATTRIBUTE_READONLY) != 0 ? 0444
-                                                                          : 0666;
+                                                                          : 0644;
   status.accessed = time_of(found.ftLastAccessTime);
   status.modified = time_of(found.ftLastWriteTime);
   // Windows tells no time of other changes to programs.

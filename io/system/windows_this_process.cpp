@@ -109,11 +109,11 @@ std::uint64_t memory_of_this_process() { return memory_now().PrivateUsage; }
 std::uint64_t peak_memory() { return memory_now().PeakWorkingSetSize; }
 
 char* MappedFile::map(int file, std::size_t size) {
-  const HANDLE mapping = CreateFileMappingW(windows::handle_of(file), nullptr, PAGE_READONLY, 0, 0, nullptr);
-  void* const mapped = mapping != nullptr ? MapViewOfFile(mapping, FILE_MAP_READ, 0, 0, size) : nullptr;
-  if (mapped == nullptr) windows::fail();
   // The view keeps the mapping.
-  if (mapping != nullptr) CloseHandle(mapping);
+  const windows::Handle mapping(
+      CreateFileMappingW(windows::handle_of(file), nullptr, PAGE_READONLY, 0, 0, nullptr));
+  void* const mapped = mapping ? MapViewOfFile(mapping.get(), FILE_MAP_READ, 0, 0, size) : nullptr;
+  if (mapped == nullptr) windows::fail();
   return static_cast<char*>(mapped);
 }
 

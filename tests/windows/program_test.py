@@ -14,6 +14,7 @@ import random
 import shutil
 import signal
 import ssl
+import struct
 import subprocess
 import sys
 import tempfile
@@ -22,6 +23,7 @@ import time
 import unittest
 import urllib.error
 import urllib.request
+import zlib
 from urllib.parse import parse_qs, urljoin, urlsplit
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -45,6 +47,25 @@ def volume(sample_type, count, generator):
         else:
             samples += value.to_bytes(size, "little")
     return bytes(samples)
+
+
+def bmp(width, height, samples):
+    """A file of 256 greys, bottom row first; `width` is a multiple of 4."""
+    palette = b"".join(bytes([i, i, i, 0]) for i in range(256))
+    rows = b"".join(samples[y * width:(y + 1) * width] for y in reversed(range(height)))
+    offset = 54 + len(palette)
+    return (b"BM" + struct.pack("<IHHI", offset + len(rows), 0, 0, offset) +
+            struct.pack("<IiiHHIIiiII", 40, width, height, 1, 8, 0, len(rows), 0, 0, 256, 0) + palette + rows)
+
+
+def png(width, height, samples):
+    """A file of 256 greys."""
+    def part(kind, content):
+        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+    rows = b"".join(b"\0" + samples[y * width:(y + 1) * width] for y in range(height))
+    return (b"\x89PNG\r\n\x1a\n" + part(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)) +
+            part(b"IDAT", zlib.compress(rows)) + part(b"IEND", b""))
 
 
 class Ranges(http.server.BaseHTTPRequestHandler):
@@ -376,6 +397,45 @@ class WindowsProgram(unittest.TestCase):
             os.environ["CURL_CA_BUNDLE"] = str(certificate)
             self.addCleanup(os.environ.pop, "CURL_CA_BUNDLE")
             self.assertEqual(self.both("info", address).returncode, 0)
+
+    def test_programs_read_folders_of_slices_if_they_may_do_so_without_a_sandbox(self):
+        samples = volume("uint8", 40 * 30 * 20, random.Random(1))
+        for name in ("here", "there"):
+            for kind, image in (("bmp", bmp), ("png", png)):
+                (self.folder / name / kind).mkdir()
+                for z in range(20):
+                    path = self.folder / name / kind / f"s{z:02}.{kind}"
+                    path.write_bytes(image(40, 30, samples[z * 1200:][:1200]))
+        done = self.there("encode", "bmp", "-o", "s.tag")
+        self.assertEqual(done.returncode, 74, done.stderr)
+        self.assertIn(b"bmp: is not read, because Windows has no sandbox", done.stderr)
+        self.assertIn(b"TAGRID_SANDBOX=off", done.stderr)
+        os.environ["TAGRID_SANDBOX"] = "off"
+        self.addCleanup(os.environ.pop, "TAGRID_SANDBOX")
+        for kind in ("bmp", "png"):
+            self.assertEqual(self.both("encode", kind, "-q", "-o", f"{kind}.tag").returncode, 0)
+            self.assertEqual(self.both("decode", f"{kind}.tag", "-q", "-o", f"{kind}.raw").returncode, 0)
+            self.assertEqual((self.folder / f"there/{kind}.raw").read_bytes(), samples)
+        self.assertEqual(self.both("restore", "bmp.tag", "-q", "-o", "restored").returncode, 0)
+        self.assertEqual(self.files("there"), self.files("here"))
+        # What is wrong is said as elsewhere.
+        for name in ("here", "there"):
+            (self.folder / name / "bmp/s07.bmp").write_bytes(b"BM")
+        done = self.both("encode", "bmp", "-f", "-o", "s.tag")
+        self.assertEqual(done.returncode, 65)
+        self.assertEqual(done.stderr, self.here("encode", "bmp", "-f", "-o", "s.tag").stderr)
+
+    def test_a_program_that_dies_is_named(self):
+        place = self.folder / "place"
+        place.mkdir()
+        (self.folder / "there/scan.dead").write_bytes(b"x")
+        # A program that says nothing as a reader does.
+        shutil.copy(self.exe, place / "tagrid-read-dead.exe")
+        os.environ["TAGRID_READER_PATH"] = f"Z:{self.folder};Z:{place}"
+        self.addCleanup(os.environ.pop, "TAGRID_READER_PATH")
+        done = self.there("encode", "scan.dead", "-o", "s.tag")
+        self.assertEqual(done.returncode, 74, done.stderr)
+        self.assertIn(b"tagrid-read-dead.exe: exited with code 64 before it answered", done.stderr)
 
     def test_memory_is_limited(self):
         self.there("phantom", "--dims", "100,100,100", "-q", "-o", "p.nrrd")
