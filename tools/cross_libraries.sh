@@ -10,7 +10,7 @@ folder=$(realpath -m "$2")
 sources=$folder/sources
 wanted=(zstd xxhash onetbb zlib bzip2 libpng1.6 libisal libsodium sqlite3)
 case "$machine" in
-  windows-x64) host=x86_64-w64-mingw32 compiler=$host-gcc-posix wanted+=(curl) ;;
+  windows-x64) host=x86_64-w64-mingw32 compiler=$host-gcc-posix wanted+=(curl tiff pugixml) ;;
   linux-arm64) host=aarch64-linux-gnu compiler=$host-gcc wanted+=(libseccomp) ;;
   *) echo "usage: $0 windows-x64|linux-arm64 FOLDER" >&2; exit 64 ;;
 esac
@@ -71,6 +71,10 @@ if [ "$machine" = windows-x64 ]; then
   # HTTP alone, with the encryption and the certificates of Windows.
   built curl libcurl.a -DBUILD_CURL_EXE=OFF -DBUILD_TESTING=OFF -DENABLE_MANUAL=OFF -DHTTP_ONLY=ON -DCURL_USE_SCHANNEL=ON \
     -DCURL_USE_LIBSSH2=OFF -DUSE_LIBIDN2=OFF -DCURL_ZLIB=OFF -DUSE_NGHTTP2=OFF -DCURL_DISABLE_COOKIES=ON
+  # For the reader of TIFF: with zlib and zstd, and without what few files have.
+  built tiff libtiff.a -Djpeg=OFF -Dold-jpeg=OFF -Djbig=OFF -Dlerc=OFF -Dlzma=OFF -Dwebp=OFF -Dlibdeflate=OFF -Dcxx=OFF \
+    -Dtiff-tools=OFF -Dtiff-tests=OFF -Dtiff-contrib=OFF -Dtiff-docs=OFF
+  built pugixml libpugixml.a
 fi
 if [ "$machine" = linux-arm64 ] && [ ! -f "$folder/lib/libseccomp.a" ]; then
   (cd "$sources/libseccomp" && ./configure --host="$host" --disable-shared --prefix="$folder" >/dev/null && make -s install >/dev/null)

@@ -68,6 +68,16 @@ def png(width, height, samples):
             part(b"IDAT", zlib.compress(rows)) + part(b"IEND", b""))
 
 
+def tiff(width, height, samples):
+    """A file of 256 greys, compressed by zlib."""
+    strip = zlib.compress(samples)
+    entries = ((256, width), (257, height), (258, 8), (259, 8), (262, 1), (273, 8), (277, 1), (278, height),
+               (279, len(strip)))
+    strip += b"\0" * (len(strip) % 2)
+    return (b"II*\0" + struct.pack("<I", 8 + len(strip)) + strip + struct.pack("<H", len(entries)) +
+            b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in entries) + bytes(4))
+
+
 class Ranges(http.server.BaseHTTPRequestHandler):
     """Answers with parts of the server's `content`."""
     protocol_version = "HTTP/1.1"
@@ -401,7 +411,7 @@ class WindowsProgram(unittest.TestCase):
     def test_programs_read_folders_of_slices_if_they_may_do_so_without_a_sandbox(self):
         samples = volume("uint8", 40 * 30 * 20, random.Random(1))
         for name in ("here", "there"):
-            for kind, image in (("bmp", bmp), ("png", png)):
+            for kind, image in (("bmp", bmp), ("png", png), ("tif", tiff)):
                 (self.folder / name / kind).mkdir()
                 for z in range(20):
                     path = self.folder / name / kind / f"s{z:02}.{kind}"
@@ -412,7 +422,7 @@ class WindowsProgram(unittest.TestCase):
         self.assertIn(b"TAGRID_SANDBOX=off", done.stderr)
         os.environ["TAGRID_SANDBOX"] = "off"
         self.addCleanup(os.environ.pop, "TAGRID_SANDBOX")
-        for kind in ("bmp", "png"):
+        for kind in ("bmp", "png", "tif"):
             self.assertEqual(self.both("encode", kind, "-q", "-o", f"{kind}.tag").returncode, 0)
             self.assertEqual(self.both("decode", f"{kind}.tag", "-q", "-o", f"{kind}.raw").returncode, 0)
             self.assertEqual((self.folder / f"there/{kind}.raw").read_bytes(), samples)
