@@ -91,6 +91,12 @@ if(NOT WIN32)
 endif()
 # For addresses. Only the header: who reads one loads the library.
 tagrid_require_header(tagrid_curl curl/curl.h libcurl4-openssl-dev)
+if(WIN32)
+  # There it is a part of the program, with the encryption of Windows; tools/cross_libraries.sh builds it.
+  tagrid_require_library(curl::curl curl/curl.h curl libcurl4-openssl-dev)
+  target_compile_definitions(tagrid_curl INTERFACE CURL_STATICLIB)
+  target_link_libraries(tagrid_curl INTERFACE curl::curl ws2_32 crypt32 secur32 bcrypt)
+endif()
 # For parity and the checksums of Zarr. Only what writes or repairs it loads the library.
 tagrid_require_library(isal::isal isa-l.h isal libisal-dev)
 get_target_property(isal_library isal::isal IMPORTED_LOCATION)

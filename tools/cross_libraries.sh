@@ -10,13 +10,17 @@ folder=$(realpath -m "$2")
 sources=$folder/sources
 wanted=(zstd xxhash onetbb zlib bzip2 libpng1.6 libisal libsodium sqlite3)
 case "$machine" in
-  windows-x64) host=x86_64-w64-mingw32 compiler=$host-gcc-posix ;;
+  windows-x64) host=x86_64-w64-mingw32 compiler=$host-gcc-posix wanted+=(curl tiff pugixml) ;;
   linux-arm64) host=aarch64-linux-gnu compiler=$host-gcc wanted+=(libseccomp) ;;
   *) echo "usage: $0 windows-x64|linux-arm64 FOLDER" >&2; exit 64 ;;
 esac
 tools/debian_source.sh "$sources" "${wanted[@]}"
 tools/debian_headers.sh "$folder/include" CLI nlohmann isa-l isa-l.h
-ln -sfn "/usr/include/$(gcc -print-multiarch)/curl" "$folder/include/curl"
+if [ "$machine" = linux-arm64 ]; then
+  ln -sfn "/usr/include/$(gcc -print-multiarch)/curl" "$folder/include/curl"
+elif [ -L "$folder/include/curl" ]; then
+  rm "$folder/include/curl"  # a folder of an older script, which would now overwrite the headers of this system
+fi
 mkdir -p "$folder/lib"
 
 # archive NAME FLAGS... SOURCE...: a library of some C sources
@@ -53,11 +57,24 @@ cp "$sources/libsodium/builds/msvc/version.h" "$sodium/include/sodium"
 mapfile -t of_sodium < <(find "$sodium" -name '*.c')
 archive sodium -DCONFIGURED=1 -DSODIUM_STATIC -I"$sodium/include/sodium" "${of_sodium[@]}"
 cp -r "$sodium/include/sodium.h" "$sodium/include/sodium" "$folder/include"
-if [ ! -f "$folder/lib/libtbb12.a" ]; then
-  cmake -S "$sources/onetbb" -B "$folder/onetbb" -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF -DTBB_TEST=OFF \
-    -DTBBMALLOC_BUILD=OFF -DTBB_STRICT=OFF -DTBB_DISABLE_HWLOC_AUTOMATIC_SEARCH=ON -DTBB_ENABLE_IPO=OFF \
+# built PACKAGE LIBRARY OPTION...: installs FOLDER/lib/LIBRARY with CMake, if it is not there
+built() {
+  [ -f "$folder/lib/$2" ] && return
+  cmake -S "$sources/$1" -B "$folder/$1" -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF "${@:3}" \
     -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/toolchains/$machine.cmake" -DCMAKE_INSTALL_PREFIX="$folder" >/dev/null
-  cmake --build "$folder/onetbb" --target install >/dev/null
+  cmake --build "$folder/$1" --target install >/dev/null
+}
+
+built onetbb libtbb12.a -DTBB_TEST=OFF -DTBBMALLOC_BUILD=OFF -DTBB_STRICT=OFF -DTBB_DISABLE_HWLOC_AUTOMATIC_SEARCH=ON \
+  -DTBB_ENABLE_IPO=OFF
+if [ "$machine" = windows-x64 ]; then
+  # HTTP alone, with the encryption and the certificates of Windows.
+  built curl libcurl.a -DBUILD_CURL_EXE=OFF -DBUILD_TESTING=OFF -DENABLE_MANUAL=OFF -DHTTP_ONLY=ON -DCURL_USE_SCHANNEL=ON \
+    -DCURL_USE_LIBSSH2=OFF -DUSE_LIBIDN2=OFF -DCURL_ZLIB=OFF -DUSE_NGHTTP2=OFF -DCURL_DISABLE_COOKIES=ON
+  # For the reader of TIFF: with zlib and zstd, and without what few files have.
+  built tiff libtiff.a -Djpeg=OFF -Dold-jpeg=OFF -Djbig=OFF -Dlerc=OFF -Dlzma=OFF -Dwebp=OFF -Dlibdeflate=OFF -Dcxx=OFF \
+    -Dtiff-tools=OFF -Dtiff-tests=OFF -Dtiff-contrib=OFF -Dtiff-docs=OFF
+  built pugixml libpugixml.a
 fi
 if [ "$machine" = linux-arm64 ] && [ ! -f "$folder/lib/libseccomp.a" ]; then
   (cd "$sources/libseccomp" && ./configure --host="$host" --disable-shared --prefix="$folder" >/dev/null && make -s install >/dev/null)

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds for Windows on x86-64, with Debian's mingw-w64: the half of the library that reads blocks, in
 # build/windows/reading, also as tagrid_reading.dll, and read_blocks.exe, which needs nothing but Windows; read_blocks_dll.exe
-# needs the DLL. With --program, also tagrid.exe, in build/windows/program.
+# needs the DLL. With --program, also tagrid.exe and programs that read formats, in build/windows/program.
 #   tools/windows.sh [--program] [BUILD_FOLDER]      default: build/windows
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -29,7 +29,7 @@ ls -l "$reading/read_blocks.exe" "$reading/tagrid_reading.dll"
 
 tools/cross_libraries.sh windows-x64 "$build/libraries"
 cmake -S . -B "$build/program" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/toolchains/windows-x64.cmake" \
-  -DTAGRID_CROSS_LIBRARIES="$build/libraries" -DTAGRID_STATIC=ON -DTAGRID_UNITY=most >"$build/program.log" ||
+  -DTAGRID_CROSS_LIBRARIES="$build/libraries" -DTAGRID_STATIC=ON -DTAGRID_STATIC_READERS=ON -DTAGRID_UNITY=most >"$build/program.log" ||
   { cat "$build/program.log" >&2; exit 70; }
-cmake --build "$build/program" --target tagrid >"$build/program.log" || { cat "$build/program.log" >&2; exit 70; }
-ls -l "$build/program/tagrid.exe"
+cmake --build "$build/program" --target tagrid tagrid-read-bmp tagrid-read-png tagrid-read-tiff >"$build/program.log" || { cat "$build/program.log" >&2; exit 70; }
+ls -l "$build"/program/*.exe

@@ -10,6 +10,7 @@
 
 #include "io/errors/errors.h"
 #include "io/system/files.h"
+#include "io/system/processes.h"
 #include "io/system/this_process.h"
 #include "io/text/paths.h"
 #include "io/text/text.h"
@@ -40,7 +41,9 @@ bool is_program(const std::string& path) {
 std::optional<std::string> find(std::string_view prefix, std::string_view name) {
   if (!is_format_name(name)) return std::nullopt;
   for (const std::string& folder : program_folders())
-    if (std::string path = path_in(folder, prefix).append(name); is_program(path)) return path;
+    if (std::string path = path_in(folder, prefix).append(name).append(end_of_program_names());
+        is_program(path))
+      return path;
   return std::nullopt;
 }
 
@@ -50,8 +53,10 @@ std::vector<FoundProgram> all(std::string_view prefix) {
     std::vector<FolderEntry> entries;
     files().list(folder, entries);
     for (const FolderEntry& entry : entries) {
-      if (!entry.name.starts_with(prefix)) continue;
-      const std::string name = entry.name.substr(prefix.size()), path = path_in(folder, entry.name);
+      if (!entry.name.starts_with(prefix) || !entry.name.ends_with(end_of_program_names())) continue;
+      const std::string path = path_in(folder, entry.name);
+      std::string name = entry.name.substr(prefix.size());
+      name.resize(name.size() - std::min(name.size(), end_of_program_names().size()));
       if (is_format_name(name) && !found.contains(name) && is_program(path)) found.emplace(name, path);
     }
   }
@@ -65,9 +70,9 @@ std::vector<FoundProgram> all(std::string_view prefix) {
 std::vector<std::string> program_folders() {
   std::vector<std::string> folders;
   if (const char* variable = std::getenv("TAGRID_READER_PATH"); variable != nullptr)
-    for (const std::string_view folder : split(variable, ':'))
+    for (const std::string_view folder : split(variable, separator_of_folders()))
       // Otherwise the current folder, which may belong to anybody, would choose programs.
-      if (folder.starts_with('/')) folders.emplace_back(folder);
+      if (path_of(folder).is_absolute()) folders.emplace_back(folder);
   if (const auto program = program_path()) {
     folders.push_back(text_of(program->parent_path()));
     folders.push_back(text_of(program->parent_path().parent_path() / "libexec/tagrid"));

@@ -116,7 +116,7 @@ std::size_t chosen(const std::string& path, const std::string& option, const std
 
 int serve_volumes(const std::string& name, OpenServed open, const FilesBeside& beside, void (*prepare)()) {
   // Libraries of other programs start threads, of which a twin has none.
-  const bool makes_twins = prepare != nullptr;
+  const bool makes_twins = prepare != nullptr && can_start_twins();
   const OrderedJson hello = {
       {"tagrid-reader", 1}, {"name", name}, {"version", TAGRID_VERSION}, {"twins", makes_twins}};
   begin_to_answer();

@@ -145,7 +145,9 @@ bool send_item(int connection, const WebRequest& request, const WebSite::Item& i
 LocalPort open_port(int number) {
   LocalPort port{{}, number};
   port.socket = open_local_port(port.number);
-  if (port.socket < 0) throw WorldError("127.0.0.1, port {}: {}", number, std::strerror(errno));
+  // Windows has no words for this error of POSIX.
+  const char* const why = errno == EADDRINUSE ? "Address already in use" : std::strerror(errno);
+  if (port.socket < 0) throw WorldError("127.0.0.1, port {}: {}", number, why);
   return port;
 }
 

@@ -7,6 +7,10 @@
 #endif
 #include <windows.h>
 
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -25,7 +29,45 @@ std::string utf8(std::wstring_view wide);
 /// A path of Windows as a text with slashes.
 std::string text(std::wstring_view path);
 
-/// The handle of an open file of files(), or INVALID_HANDLE_VALUE.
+/// A handle that is closed at the end.
+struct Closes {
+  using pointer = HANDLE;
+  void operator()(HANDLE handle) const { CloseHandle(handle); }
+};
+using Handle = std::unique_ptr<HANDLE, Closes>;
+
+/// Something open that is not a file of Windows, and which wait_for() knows. Its destructor closes it.
+class Stream {
+ public:
+  virtual ~Stream() = default;
+  /// As those of FileSystem.
+  virtual std::ptrdiff_t read(std::span<std::byte> to);
+  virtual std::ptrdiff_t write(std::span<const std::byte> bytes);
+  /// From now on, nothing is written.
+  virtual void end_writing() {}
+  /// An event that is set while a call of it need not wait.
+  virtual HANDLE readiness() const = 0;
+};
+
+/// Windows has no positions that a read elsewhere leaves alone, so files have their own. Pipes and terminals have none.
+struct OpenFile {
+  HANDLE handle = INVALID_HANDLE_VALUE;
+  bool has_position = false;
+  bool is_folder = false;
+  std::uint64_t position = 0;
+  std::unique_ptr<Stream> stream = nullptr;  ///< instead of a handle
+};
+OpenFile opened(HANDLE handle);
+
+/// The table of what files() has open. A number for something open:
+int add(OpenFile file);
+/// What has this number; nullptr and errno if nothing has. The pointer is valid until it is closed.
+OpenFile* find(int number);
+/// Takes it out of the table.
+OpenFile take(int number);
+/// The handle of an open file, or INVALID_HANDLE_VALUE.
 HANDLE handle_of(int file);
+/// The stream with this number; nullptr and errno if it is none.
+Stream* stream_of(int number);
 
 }  // namespace tagrid::windows

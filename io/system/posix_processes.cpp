@@ -209,8 +209,6 @@ class SystemProcesses final : public Processes {
   }
 };
 
-Processes* processes_instead = nullptr;
-
 }  // namespace
 
 Processes& processes_of_system() {
@@ -218,11 +216,8 @@ Processes& processes_of_system() {
   return all;
 }
 
-Processes& processes() { return processes_instead != nullptr ? *processes_instead : processes_of_system(); }
-
-ProcessesInstead::ProcessesInstead(Processes& processes)
-    : before_(std::exchange(processes_instead, &processes)) {}
-ProcessesInstead::~ProcessesInstead() { processes_instead = before_; }
+std::string_view end_of_program_names() { return ""; }
+char separator_of_folders() { return ':'; }
 
 std::string name_of_signal(int number) { return strsignal(number); }
 
@@ -251,6 +246,8 @@ std::ptrdiff_t receive_request(std::span<char> to, TwinStreams& streams) {
   streams = {received[0], received[1], received[2]};
   return count;
 }
+
+bool can_start_twins() { return true; }
 
 int start_twin(const TwinStreams& streams, std::FILE* answers) {
 #ifdef TAGRID_SANITIZED

@@ -120,13 +120,13 @@ void EndSignals::let_through() {
   pthread_sigmask(SIG_SETMASK, &kept_->before, nullptr);
 }
 
-bool EndSignals::start_program(const char* name, const char* argument) const {
-  std::string program = name, text = argument;
+std::string EndSignals::open_in_browser(const std::string& address) const {
+  std::string program = "xdg-open", text = address;
   std::array<char*, 3> arguments = {program.data(), text.data(), nullptr};
   posix_spawnattr_t attributes;
   posix_spawn_file_actions_t actions;
   posix_spawnattr_init(&attributes);
-  // A group of its own: the signal that ends this program leaves the other one alone.
+  // Without standard streams, and in a group of its own: the signal that ends this program leaves the other one alone.
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETPGROUP);
   posix_spawnattr_setsigmask(&attributes, &kept_->before);
   posix_spawn_file_actions_init(&actions);
@@ -136,7 +136,7 @@ bool EndSignals::start_program(const char* name, const char* argument) const {
   const int error = posix_spawnp(&process, program.c_str(), &actions, &attributes, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   posix_spawnattr_destroy(&attributes);
-  return error == 0;
+  return error == 0 ? "" : "xdg-open is missing";
 }
 
 }  // namespace tagrid

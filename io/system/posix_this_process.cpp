@@ -13,7 +13,6 @@
 #include <fstream>
 #include <new>
 
-#include "io/errors/errors.h"
 #include "io/system/files.h"
 #include "io/system/this_process.h"
 
@@ -130,15 +129,9 @@ std::uint64_t peak_memory() {
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
-MappedFile::MappedFile(const std::string& path) {
-  const Descriptor file = files().open(path, {.read = true});
-  FileStatus status;
-  if (file < 0 || !files().status(file, status)) throw world_error("cannot open", path, errno);
-  size_ = static_cast<std::size_t>(status.size);
-  if (size_ == 0) return;
-  void* const mapped = mmap(nullptr, size_, PROT_READ, MAP_SHARED, file, 0);
-  if (mapped == MAP_FAILED) throw world_error("cannot map into memory", path, errno);
-  bytes_ = static_cast<char*>(mapped);
+char* MappedFile::map(int file, std::size_t size) {
+  void* const mapped = mmap(nullptr, size, PROT_READ, MAP_SHARED, file, 0);
+  return mapped == MAP_FAILED ? nullptr : static_cast<char*>(mapped);
 }
 
 MappedFile::~MappedFile() {

@@ -71,6 +71,10 @@ class ProcessesInstead {
   Processes* before_;
 };
 
+/// What ends the names of programs, and what separates the directories in a list of them.
+std::string_view end_of_program_names();
+char separator_of_folders();
+
 // In a program that start() started.
 
 /// The streams of a twin: they come with the request for it.
@@ -78,6 +82,8 @@ struct TwinStreams {
   Descriptor input, output, errors;
 };
 
+/// False if no program of this system can start a twin of itself.
+bool can_start_twins();
 /// Receives bytes of the standard input, and streams for a twin if they come with them. Returns the number of bytes, 0
 /// at the end.
 std::ptrdiff_t receive_request(std::span<char> to, TwinStreams& streams);

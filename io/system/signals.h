@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <string>
 
 namespace tagrid {
 
@@ -37,9 +38,9 @@ class EndSignals {
   int descriptor() const;
   /// From now on, a second one ends the process at once. REQUIRES: one can be read.
   void let_through();
-  /// Starts a program without standard streams, in a group of its own, to which the signals come as to this
-  /// process before. Returns false if no program does that.
-  bool start_program(const char* name, const char* argument) const;
+  /// Shows an address in the user's browser, to which the signals come as to this process before. Returns why that
+  /// cannot be done, or "".
+  std::string open_in_browser(const std::string& address) const;
 
  private:
   struct Kept;

@@ -81,6 +81,9 @@ class MappedFile {
   std::span<char> bytes() const { return {bytes_, size_}; }
 
  private:
+  /// Nothing, with errno, if it cannot be mapped.
+  static char* map(int file, std::size_t size);
+
   char* bytes_ = nullptr;
   std::size_t size_ = 0;
 };

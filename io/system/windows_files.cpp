@@ -5,9 +5,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <deque>
 #include <limits>
-#include <mutex>
 #include <new>
 #include <vector>
 
@@ -20,70 +18,13 @@ namespace tagrid {
 namespace {
 
 using windows::fail;
+using windows::find;
 using windows::native;
+using windows::opened;
+using windows::OpenFile;
 
 constexpr DWORD shared_by_all = FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE;
 constexpr std::size_t most_at_once = std::size_t{1} << 30;
-
-/// Windows has no positions that a read elsewhere leaves alone, so files have their own. Pipes and terminals have none.
-struct OpenFile {
-  HANDLE handle = INVALID_HANDLE_VALUE;
-  bool has_position = false;
-  bool is_folder = false;
-  std::uint64_t position = 0;
-};
-
-OpenFile opened(HANDLE handle) {
-  OpenFile file{handle, GetFileType(handle) == FILE_TYPE_DISK};
-  LARGE_INTEGER position = {};
-  if (file.has_position && SetFilePointerEx(handle, {}, &position, FILE_CURRENT) != 0)
-    file.position = static_cast<std::uint64_t>(position.QuadPart);
-  return file;
-}
-
-/// The open files by their numbers.
-class OpenFiles {
- public:
-  OpenFiles() {
-    for (const DWORD stream : {STD_INPUT_HANDLE, STD_OUTPUT_HANDLE, STD_ERROR_HANDLE}) {
-      const HANDLE handle = GetStdHandle(stream);
-      files_.push_back(handle == nullptr || handle == INVALID_HANDLE_VALUE ? OpenFile{} : opened(handle));
-    }
-  }
-  int add(const OpenFile& file) {
-    const std::lock_guard lock(mutex_);
-    const auto free =
-        std::ranges::find(files_.begin() + 3, files_.end(), INVALID_HANDLE_VALUE, &OpenFile::handle);
-    const auto number = static_cast<int>(free - files_.begin());
-    if (free == files_.end())
-      files_.push_back(file);
-    else
-      *free = file;
-    return number;
-  }
-  /// The file with this number; nullptr and errno if there is none. The pointer is valid until the file is closed.
-  OpenFile* find(int number) {
-    const std::lock_guard lock(mutex_);
-    const bool is_open = number >= 0 && static_cast<std::size_t>(number) < files_.size() &&
-                         files_[static_cast<std::size_t>(number)].handle != INVALID_HANDLE_VALUE;
-    if (!is_open) errno = EBADF;
-    return is_open ? &files_[static_cast<std::size_t>(number)] : nullptr;
-  }
-  HANDLE take(int number) {
-    OpenFile* const file = find(number);
-    const std::lock_guard lock(mutex_);
-    return file == nullptr ? INVALID_HANDLE_VALUE : std::exchange(*file, {}).handle;
-  }
-
- private:
-  std::mutex mutex_;
-  std::deque<OpenFile> files_;
-};
-
-OpenFiles& open_files() {
-  static OpenFiles& all = *new OpenFiles;
-  return all;
-}
 
 // Windows counts units of 100 ns since 1601: so many a second, and so many seconds until 1970.
 constexpr std::int64_t units = 10'000'000, until_1970 = 11'644'473'600;
@@ -127,9 +68,10 @@ bool status_from(HANDLE handle, FileStatus& status) {
   GetFileInformationByHandleEx(handle, FileStandardInfo, &standard, sizeof standard);
   status.type = type_of(found.dwFileAttributes, tag.ReparseTag);
   status.size = std::uint64_t{found.nFileSizeHigh} << 32 | found.nFileSizeLow;
-  status.mode = status.type == FileType::folder                           ? 0777
+  // What others may do is not said here: nothing that would make it less safe than it is.
+  status.mode = status.type == FileType::folder                           ? 0755
                 : (found.dwFileAttributes & FILE_ATTRIBUTE_READONLY) != 0 ? 0444
-                                                                          : 0666;
+                                                                          : 0644;
   status.accessed = time_of(found.ftLastAccessTime);
   status.modified = time_of(found.ftLastWriteTime);
   // Windows tells no time of other changes to programs.
@@ -181,7 +123,7 @@ class SystemFiles final : public FileSystem {
       errno = ELOOP;
       return -1;
     }
-    return open_files().add(opened(handle));
+    return windows::add(opened(handle));
   }
   int open_folder(const std::string& path) override {
     const std::wstring name = native(path);
@@ -194,7 +136,7 @@ class SystemFiles final : public FileSystem {
       errno = ENOTDIR;
       return -1;
     }
-    return open_files().add({handle, false, true, 0});
+    return windows::add({.handle = handle, .is_folder = true});
   }
   int open_nameless(const std::string& folder) override {
     // It has a name, and goes when it is closed.
@@ -205,32 +147,35 @@ class SystemFiles final : public FileSystem {
     const HANDLE handle = CreateFileW(
         native(path).c_str(), GENERIC_READ | GENERIC_WRITE | DELETE, shared_by_all, nullptr, CREATE_NEW,
         FILE_ATTRIBUTE_TEMPORARY | FILE_ATTRIBUTE_HIDDEN | FILE_FLAG_DELETE_ON_CLOSE, nullptr);
-    return handle == INVALID_HANDLE_VALUE ? (fail(), -1) : open_files().add(opened(handle));
+    return handle == INVALID_HANDLE_VALUE ? (fail(), -1) : windows::add(opened(handle));
   }
   int duplicate(int number) override {
-    const OpenFile* const file = open_files().find(number);
+    const OpenFile* const file = find(number);
     if (file == nullptr) return -1;
-    OpenFile twin = *file;
+    OpenFile twin{
+        .has_position = file->has_position, .is_folder = file->is_folder, .position = file->position};
     const HANDLE own = GetCurrentProcess();
     if (DuplicateHandle(own, file->handle, own, &twin.handle, 0, FALSE, DUPLICATE_SAME_ACCESS) == 0)
       return fail(), -1;
-    return open_files().add(twin);
+    return windows::add(std::move(twin));
   }
   bool close(int number) override {
-    const HANDLE handle = open_files().take(number);
-    return handle != INVALID_HANDLE_VALUE && (CloseHandle(handle) != 0 || fail());
+    OpenFile file = windows::take(number);
+    if (file.stream == nullptr && file.handle == INVALID_HANDLE_VALUE) return refuse(EBADF);
+    return file.stream != nullptr || CloseHandle(file.handle) != 0 || fail();
   }
 
   std::ptrdiff_t read(int number, std::span<std::byte> to) override {
-    OpenFile* const file = open_files().find(number);
+    OpenFile* const file = find(number);
     if (file == nullptr) return -1;
+    if (file->stream != nullptr) return file->stream->read(to);
     if (!file->has_position) return read_from(file->handle, nullptr, to);
     const std::ptrdiff_t count = read_at(number, file->position, to);
     if (count > 0) file->position += static_cast<std::uint64_t>(count);
     return count;
   }
   std::ptrdiff_t read_at(int number, std::uint64_t position, std::span<std::byte> to) override {
-    const OpenFile* const file = open_files().find(number);
+    const OpenFile* const file = find(number);
     if (file == nullptr) return -1;
     if (!file->has_position) {
       errno = file->is_folder ? EISDIR : ESPIPE;
@@ -240,8 +185,9 @@ class SystemFiles final : public FileSystem {
     return read_from(file->handle, &at, to);
   }
   std::ptrdiff_t write(int number, std::span<const std::byte> bytes) override {
-    OpenFile* const file = open_files().find(number);
+    OpenFile* const file = find(number);
     if (file == nullptr) return -1;
+    if (file->stream != nullptr) return file->stream->write(bytes);
     OVERLAPPED at = place(file->position);
     DWORD count = 0;
     const auto most = static_cast<DWORD>(std::min(bytes.size(), most_at_once));
@@ -251,7 +197,7 @@ class SystemFiles final : public FileSystem {
     return count;
   }
   bool write_at(int number, std::uint64_t position, std::span<const std::byte> bytes) override {
-    const OpenFile* const file = open_files().find(number);
+    const OpenFile* const file = find(number);
     while (file != nullptr && !bytes.empty()) {
       OVERLAPPED at = place(position);
       DWORD count = 0;
@@ -263,13 +209,13 @@ class SystemFiles final : public FileSystem {
     return file != nullptr;
   }
   std::int64_t position(int number) override {
-    const OpenFile* const file = open_files().find(number);
+    const OpenFile* const file = find(number);
     if (file == nullptr) return -1;
     if (!file->has_position) errno = ESPIPE;
     return file->has_position ? static_cast<std::int64_t>(file->position) : -1;
   }
   bool seek(int number, std::uint64_t position) override {
-    OpenFile* const file = open_files().find(number);
+    OpenFile* const file = find(number);
     if (file == nullptr) return false;
     if (!file->has_position) errno = ESPIPE;
     if (file->has_position) file->position = position;
@@ -277,21 +223,21 @@ class SystemFiles final : public FileSystem {
   }
   void reads_in_order(int) override {}
   bool resize(int number, std::uint64_t size) override {
-    const OpenFile* const file = open_files().find(number);
+    const OpenFile* const file = find(number);
     if (file == nullptr) return false;
     FILE_END_OF_FILE_INFO end = {};
     end.EndOfFile.QuadPart = static_cast<LONGLONG>(size);
     return SetFileInformationByHandle(file->handle, FileEndOfFileInfo, &end, sizeof end) != 0 || fail();
   }
   bool sync(int number) override {
-    const OpenFile* const file = open_files().find(number);
+    const OpenFile* const file = find(number);
     if (file == nullptr) return false;
     // NTFS writes changes of directories to its journal, in their order.
     return file->is_folder || FlushFileBuffers(file->handle) != 0 || fail();
   }
 
   bool status(int number, FileStatus& status) override {
-    const OpenFile* const file = open_files().find(number);
+    const OpenFile* const file = find(number);
     return file != nullptr && status_from(file->handle, status);
   }
   bool status(const std::string& path, bool follows_link, FileStatus& status) override {
@@ -313,7 +259,7 @@ class SystemFiles final : public FileSystem {
   bool set_owner(int, std::uint32_t) override { return refuse(EPERM); }
   bool set_group(int, std::uint32_t) override { return refuse(EPERM); }
   bool set_mode(int number, unsigned mode) override {
-    const OpenFile* const file = open_files().find(number);
+    const OpenFile* const file = find(number);
     FILE_BASIC_INFO info = {};
     if (file == nullptr) return false;
     if (GetFileInformationByHandleEx(file->handle, FileBasicInfo, &info, sizeof info) == 0) return fail();
@@ -327,13 +273,13 @@ class SystemFiles final : public FileSystem {
     return SetFileAttributesW(name.c_str(), with_mode(attributes, mode)) != 0 || fail();
   }
   bool set_times(int number, FileTime accessed, FileTime modified) override {
-    const OpenFile* const file = open_files().find(number);
+    const OpenFile* const file = find(number);
     const FILETIME of_access = filetime_of(accessed), of_change = filetime_of(modified);
     return file != nullptr && (SetFileTime(file->handle, nullptr, &of_access, &of_change) != 0 || fail());
   }
 
   bool lock(int number, bool waits) override {
-    const OpenFile* const file = open_files().find(number);
+    const OpenFile* const file = find(number);
     if (file == nullptr) return false;
     OVERLAPPED at = place_of_lock();
     const DWORD flags = LOCKFILE_EXCLUSIVE_LOCK | (waits ? 0 : LOCKFILE_FAIL_IMMEDIATELY);
@@ -341,7 +287,7 @@ class SystemFiles final : public FileSystem {
   }
   bool is_local(int number) override {
     // Servers of Windows and Samba keep locks for all their clients. Directories have none.
-    const OpenFile* const file = open_files().find(number);
+    const OpenFile* const file = find(number);
     return file != nullptr && !file->is_folder;
   }
 
@@ -555,11 +501,6 @@ std::string text(std::wstring_view path) {
     plain.erase(0, 4);
   std::ranges::replace(plain, L'\\', L'/');
   return utf8(plain);
-}
-
-HANDLE handle_of(int number) {
-  const OpenFile* const file = open_files().find(number);
-  return file == nullptr ? INVALID_HANDLE_VALUE : file->handle;
 }
 
 }  // namespace windows

@@ -40,6 +40,8 @@ void occupy_standard_streams() {
 
 std::FILE* divert_standard_output() {
   const int output = _dup(1);
+  // A program that reads formats writes samples there.
+  if (output >= 0) _setmode(output, _O_BINARY);
   std::FILE* const file = output < 0 ? nullptr : _fdopen(output, "wb");
   if (file != nullptr) _dup2(2, 1);
   return file;

@@ -1,11 +1,17 @@
 #include <cerrno>
 #include <csignal>
+#include <cstdint>
+#include <cstring>
 #include <string>
+#include <utility>
 
 #include "io/errors/errors.h"
 #include "io/system/files.h"
 #include "io/system/on_windows.h"
 #include "io/system/signals.h"
+#include "io/text/paths.h"
+// After <windows.h>, which it needs.
+#include <shellapi.h>
 
 namespace tagrid {
 namespace {
@@ -19,6 +25,21 @@ BOOL WINAPI on_control(DWORD event) {
   handler(event == CTRL_C_EVENT || event == CTRL_BREAK_EVENT ? SIGINT : SIGTERM);
   return TRUE;
 }
+
+/// Set when an end signal has come.
+HANDLE end_event = nullptr;
+
+BOOL WINAPI on_awaited_control(DWORD event) {
+  SetEvent(end_event);
+  // When a console is closed, Windows ends the process as soon as this returns, or after some seconds.
+  if (event != CTRL_C_EVENT && event != CTRL_BREAK_EVENT) Sleep(INFINITE);
+  return TRUE;
+}
+
+class EndEvent final : public windows::Stream {
+ public:
+  HANDLE readiness() const override { return end_event; }
+};
 
 }  // namespace
 
@@ -45,11 +66,31 @@ void in_handler::exit(int code) noexcept {
 
 void in_handler::end_by(int) noexcept { TerminateProcess(GetCurrentProcess(), STATUS_CONTROL_C_EXIT); }
 
-struct EndSignals::Kept {};
-EndSignals::EndSignals() { throw WorldError("tagrid does not wait for the end of a server on Windows yet"); }
+struct EndSignals::Kept {
+  Descriptor descriptor;
+};
+
+EndSignals::EndSignals() {
+  if (end_event == nullptr) end_event = CreateEventW(nullptr, TRUE, FALSE, nullptr);
+  if (end_event == nullptr || SetConsoleCtrlHandler(on_awaited_control, TRUE) == 0) {
+    windows::fail();
+    throw WorldError("signals cannot be waited for: {}", std::strerror(errno));
+  }
+  kept_ = std::make_unique<Kept>(windows::add({.stream = std::make_unique<EndEvent>()}));
+}
+
 EndSignals::~EndSignals() = default;
-int EndSignals::descriptor() const { return -1; }
-void EndSignals::let_through() {}
-bool EndSignals::start_program(const char*, const char*) const { return false; }
+
+int EndSignals::descriptor() const { return kept_->descriptor; }
+
+void EndSignals::let_through() { SetConsoleCtrlHandler(on_awaited_control, FALSE); }
+
+std::string EndSignals::open_in_browser(const std::string& address) const {
+  const std::wstring wide = path_of(address).native();
+  // The number stands for an error if it is small.
+  const auto result = reinterpret_cast<std::intptr_t>(
+      ShellExecuteW(nullptr, L"open", wide.c_str(), nullptr, nullptr, SW_SHOWNORMAL));
+  return result > 32 ? "" : "Windows knows none";
+}
 
 }  // namespace tagrid

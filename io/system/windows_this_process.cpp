@@ -10,7 +10,6 @@ extern "C" BOOLEAN NTAPI RtlGenRandom(PVOID bytes, ULONG size);
 #include <limits>
 #include <thread>
 
-#include "io/errors/errors.h"
 #include "io/system/files.h"
 #include "io/system/this_process.h"
 
@@ -109,22 +108,13 @@ std::uint64_t memory_of_machine() {
 std::uint64_t memory_of_this_process() { return memory_now().PrivateUsage; }
 std::uint64_t peak_memory() { return memory_now().PeakWorkingSetSize; }
 
-MappedFile::MappedFile(const std::string& path) {
-  const Descriptor file = files().open(path, {.read = true});
-  FileStatus status;
-  if (file < 0 || !files().status(file, status)) throw world_error("cannot open", path, errno);
-  size_ = static_cast<std::size_t>(status.size);
-  if (size_ == 0) return;
-  const HANDLE mapping = CreateFileMappingW(windows::handle_of(file), nullptr, PAGE_READONLY, 0, 0, nullptr);
+char* MappedFile::map(int file, std::size_t size) {
   // The view keeps the mapping.
-  if (mapping != nullptr) {
-    bytes_ = static_cast<char*>(MapViewOfFile(mapping, FILE_MAP_READ, 0, 0, 0));
-    CloseHandle(mapping);
-  }
-  if (bytes_ == nullptr) {
-    windows::fail();
-    throw world_error("cannot map into memory", path, errno);
-  }
+  const windows::Handle mapping(
+      CreateFileMappingW(windows::handle_of(file), nullptr, PAGE_READONLY, 0, 0, nullptr));
+  void* const mapped = mapping ? MapViewOfFile(mapping.get(), FILE_MAP_READ, 0, 0, size) : nullptr;
+  if (mapped == nullptr) windows::fail();
+  return static_cast<char*>(mapped);
 }
 
 MappedFile::~MappedFile() {

@@ -5,16 +5,26 @@ does with names, pipes, locks and files that are open.
         FOLDER: where tools/windows.sh builds. With TAGRID_LONG=1, as that takes minutes.
 """
 
+import contextlib
+import http.server
 import json
 import os
 import pathlib
 import random
 import shutil
+import signal
+import ssl
+import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
+import urllib.error
+import urllib.request
+import zlib
+from urllib.parse import parse_qs, urljoin, urlsplit
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM, FOLDER = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
@@ -37,6 +47,57 @@ def volume(sample_type, count, generator):
         else:
             samples += value.to_bytes(size, "little")
     return bytes(samples)
+
+
+def bmp(width, height, samples):
+    """A file of 256 greys, bottom row first; `width` is a multiple of 4."""
+    palette = b"".join(bytes([i, i, i, 0]) for i in range(256))
+    rows = b"".join(samples[y * width:(y + 1) * width] for y in reversed(range(height)))
+    offset = 54 + len(palette)
+    return (b"BM" + struct.pack("<IHHI", offset + len(rows), 0, 0, offset) +
+            struct.pack("<IiiHHIIiiII", 40, width, height, 1, 8, 0, len(rows), 0, 0, 256, 0) + palette + rows)
+
+
+def png(width, height, samples):
+    """A file of 256 greys."""
+    def part(kind, content):
+        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+    rows = b"".join(b"\0" + samples[y * width:(y + 1) * width] for y in range(height))
+    return (b"\x89PNG\r\n\x1a\n" + part(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)) +
+            part(b"IDAT", zlib.compress(rows)) + part(b"IEND", b""))
+
+
+def tiff(width, height, samples):
+    """A file of 256 greys, compressed by zlib."""
+    strip = zlib.compress(samples)
+    entries = ((256, width), (257, height), (258, 8), (259, 8), (262, 1), (273, 8), (277, 1), (278, height),
+               (279, len(strip)))
+    strip += b"\0" * (len(strip) % 2)
+    return (b"II*\0" + struct.pack("<I", 8 + len(strip)) + strip + struct.pack("<H", len(entries)) +
+            b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in entries) + bytes(4))
+
+
+class Ranges(http.server.BaseHTTPRequestHandler):
+    """Answers with parts of the server's `content`."""
+    protocol_version = "HTTP/1.1"
+
+    def do_GET(self):  # pylint: disable=invalid-name
+        content = self.server.content.get(self.path)
+        if content is None:
+            self.send_error(404)
+            return
+        first, last = (int(number) for number in self.headers["Range"].removeprefix("bytes=").split("-"))
+        part = content[first:last + 1]
+        self.send_response(206)
+        self.send_header("Content-Range", f"bytes {first}-{first + len(part) - 1}/{len(content)}")
+        self.send_header("Content-Length", str(len(part)))
+        self.send_header("ETag", '"1"')
+        self.end_headers()
+        self.wfile.write(part)
+
+    def log_message(self, format, *args):  # pylint: disable=redefined-builtin
+        pass
 
 
 @unittest.skipUnless(WINE and shutil.which("x86_64-w64-mingw32-g++-posix"),
@@ -73,6 +134,28 @@ class WindowsProgram(unittest.TestCase):
         self.assertEqual(there.returncode, here.returncode, (arguments, here.stderr, there.stderr))
         self.assertEqual(there.stdout, here.stdout, arguments)
         return there
+
+    @contextlib.contextmanager
+    def server(self, *command, environment=None):
+        """A command that serves something, and the first line that it prints; Ctrl-C ends it."""
+        with subprocess.Popen([str(part) for part in command], cwd=self.folder / "there", stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, env={**os.environ, **(environment or {})}) as process:
+            try:
+                yield process.stdout.readline().decode().strip()
+                process.send_signal(signal.SIGINT)
+                self.assertEqual(process.wait(20), 0, command)
+            finally:
+                process.kill()
+
+    @staticmethod
+    def asked(address, **headers):
+        """The code of an answer, what is said of its bytes, and they."""
+        request = urllib.request.Request(address, headers=headers)
+        try:
+            with urllib.request.urlopen(request, timeout=60) as answer:
+                return answer.status, answer.headers["Content-Type"], answer.headers["Content-Range"], answer.read()
+        except urllib.error.HTTPError as error:
+            return error.code, error.headers["Content-Type"], error.headers["Content-Range"], error.read()
 
     def files(self, name):
         return {str(path.relative_to(self.folder / name)): path.read_bytes()
@@ -226,6 +309,143 @@ class WindowsProgram(unittest.TestCase):
         self.assertIn(0, [code for _, code in ends], ends)
         self.assertEqual(self.there("archive", "check", "out", "-q").returncode, 0)
         self.assertEqual(len(list((self.folder / "there/out").glob("*.tag"))), 3)
+
+    def test_serve_gives_the_same_answers(self):
+        self.there("phantom", "--dims", "90,80,70", "-q", "-o", "p.nrrd")
+        self.there("encode", "p.nrrd", "--max-error", "2", "--overviews", "4", "-q", "-o", "p.tag")
+        answers = []
+        paths = ("zarr.json", "0/zarr.json", "0/c/0/0/0", "0/c/1/1/1", "1/c/0/0/0", "none", "/")
+        for command in ([PROGRAM], [WINE, self.exe]):
+            with self.server(*command, "serve", "p.tag") as address:
+                self.assertRegex(address, r"^http://127\.0\.0\.1:\d+/[0-9a-f]{32}/p\.zarr/$")
+                page = self.asked(address)
+                self.assertIn(address.encode(), page[-1])
+                ranges = ("bytes=5-99", "bytes=-7", "bytes=99999999-")
+                answers.append([page[:-1], page[-1].replace(address.encode(), b""),
+                                *(self.asked(urljoin(address, path)) for path in paths),
+                                *(self.asked(urljoin(address, "0/c/0/0/0"), Range=text) for text in ranges),
+                                self.asked(address, Host="example.org")])
+                # A connection that stays is no reason to wait.
+                idle = urllib.request.urlopen(address, timeout=60)  # pylint: disable=consider-using-with
+                self.addCleanup(idle.close)
+        self.assertEqual(answers[1], answers[0])
+        self.assertEqual([answer[0] for answer in answers[0][2:]],
+                         [200, 200, 200, 200, 200, 404, 404, 206, 206, 416, 403])
+
+    def test_a_port_has_one_server(self):
+        self.there("phantom", "--dims", "20,20,20", "-q", "-o", "p.nrrd")
+        self.there("encode", "p.nrrd", "-q", "-o", "p.tag")
+        with self.server(WINE, self.exe, "serve", "p.tag") as address:
+            port = urlsplit(address).port
+            again = self.there("serve", "p.tag", "--port", port)
+            self.assertEqual(again.returncode, 74)
+            self.assertIn(f"127.0.0.1, port {port}: Address already in use".encode(), again.stderr)
+
+    def test_view_opens_a_browser_with_an_address_that_works_once(self):
+        place = self.folder / "place"
+        (place / "viewer/decoder").mkdir(parents=True)
+        (place / "viewer/index.html").write_bytes(b"<!DOCTYPE html>")
+        (place / "viewer/decoder/worker.js").write_bytes(b"1;")
+        shutil.copy(self.exe, place)
+        # Wine gives addresses to the browser of Linux.
+        browser = self.folder / "xdg-open"
+        browser.write_text(f'#!/bin/sh\necho "$1" > "{self.folder}/part"\n'
+                           f'mv "{self.folder}/part" "{self.folder}/opened"\n')
+        browser.chmod(0o755)
+        self.there("phantom", "--dims", "20,20,20", "-q", "-o", "p.nrrd")
+        self.there("encode", "p.nrrd", "-q", "-o", "my scan.tag")
+        path = {"PATH": f"{self.folder}:{os.environ['PATH']}"}
+        with self.server(WINE, place / "tagrid.exe", "view", "my scan.tag", environment=path) as address:
+            file = urljoin(address, parse_qs(urlsplit(address).query)["src"][0].replace(" ", "%20"))
+            self.assertEqual(self.asked(file)[-1], (self.folder / "there/my scan.tag").read_bytes())
+            self.assertEqual(self.asked(file, Range="bytes=1-3")[-1], b"TAG")
+            for _ in range(600):
+                if (self.folder / "opened").exists():
+                    break
+                time.sleep(0.05)
+            opened = (self.folder / "opened").read_text().strip()
+            self.assertEqual([self.asked(opened)[0] for _ in range(2)], [200, 404])
+
+    def test_addresses_are_read_as_files(self):
+        self.here("phantom", "--dims", "90,80,70", "-q", "-o", "p.nrrd")
+        self.here("encode", "p.nrrd", "--overviews", "auto", "-q", "-o", "p.tag")
+        with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Ranges) as server:
+            server.content = {"/p.tag": (self.folder / "here/p.tag").read_bytes()}
+            threading.Thread(target=server.serve_forever, daemon=True).start()
+            self.addCleanup(server.shutdown)
+            address = f"http://127.0.0.1:{server.server_port}/p.tag"
+            self.assertEqual(self.both("info", address).returncode, 0)
+            self.assertEqual(self.both("decode", address, "-q", "-o", "back.nrrd").returncode, 0)
+            self.assertEqual(self.both("decode", address, "--step", "2", "-q", "-o", "small.nrrd").returncode, 0)
+            self.assertEqual(self.both("info", address + ".none").returncode, 74)
+            there = self.files("there")
+            self.assertEqual(there["back.nrrd"], self.files("here")["back.nrrd"])
+            self.assertEqual(there["small.nrrd"], self.files("here")["small.nrrd"])
+        # Nobody listens there any more.
+        self.assertEqual(self.there("info", address).returncode, 74)
+
+    @unittest.skipUnless(shutil.which("openssl"), "there is no openssl, which makes a certificate")
+    def test_certificates_are_checked(self):
+        key, certificate = self.folder / "key.pem", self.folder / "certificate.pem"
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-keyout", key, "-out", certificate,
+                        "-days", "2", "-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost"],
+                       check=True, capture_output=True)
+        self.here("phantom", "--dims", "20,20,20", "-q", "-o", "p.nrrd")
+        self.here("encode", "p.nrrd", "-q", "-o", "p.tag")
+        with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Ranges) as server:
+            context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+            context.load_cert_chain(certificate, key)
+            server.socket = context.wrap_socket(server.socket, server_side=True)
+            server.handle_error = lambda *_: None
+            server.content = {"/p.tag": (self.folder / "here/p.tag").read_bytes()}
+            threading.Thread(target=server.serve_forever, daemon=True).start()
+            self.addCleanup(server.shutdown)
+            address = f"https://localhost:{server.server_port}/p.tag"
+            done = self.there("info", address)
+            self.assertEqual(done.returncode, 74)
+            self.assertIn(b"UNTRUSTED_ROOT", done.stderr)
+            os.environ["CURL_CA_BUNDLE"] = str(certificate)
+            self.addCleanup(os.environ.pop, "CURL_CA_BUNDLE")
+            self.assertEqual(self.both("info", address).returncode, 0)
+
+    def test_programs_read_folders_of_slices_if_they_may_do_so_without_a_sandbox(self):
+        samples = volume("uint8", 40 * 30 * 20, random.Random(1))
+        for name in ("here", "there"):
+            for kind, image in (("bmp", bmp), ("png", png), ("tif", tiff)):
+                (self.folder / name / kind).mkdir()
+                for z in range(20):
+                    path = self.folder / name / kind / f"s{z:02}.{kind}"
+                    path.write_bytes(image(40, 30, samples[z * 1200:][:1200]))
+        done = self.there("encode", "bmp", "-o", "s.tag")
+        self.assertEqual(done.returncode, 74, done.stderr)
+        self.assertIn(b"bmp: is not read, because Windows has no sandbox", done.stderr)
+        self.assertIn(b"TAGRID_SANDBOX=off", done.stderr)
+        os.environ["TAGRID_SANDBOX"] = "off"
+        self.addCleanup(os.environ.pop, "TAGRID_SANDBOX")
+        for kind in ("bmp", "png", "tif"):
+            self.assertEqual(self.both("encode", kind, "-q", "-o", f"{kind}.tag").returncode, 0)
+            self.assertEqual(self.both("decode", f"{kind}.tag", "-q", "-o", f"{kind}.raw").returncode, 0)
+            self.assertEqual((self.folder / f"there/{kind}.raw").read_bytes(), samples)
+        self.assertEqual(self.both("restore", "bmp.tag", "-q", "-o", "restored").returncode, 0)
+        self.assertEqual(self.files("there"), self.files("here"))
+        # What is wrong is said as elsewhere.
+        for name in ("here", "there"):
+            (self.folder / name / "bmp/s07.bmp").write_bytes(b"BM")
+        done = self.both("encode", "bmp", "-f", "-o", "s.tag")
+        self.assertEqual(done.returncode, 65)
+        self.assertEqual(done.stderr, self.here("encode", "bmp", "-f", "-o", "s.tag").stderr)
+
+    def test_a_program_that_dies_is_named(self):
+        place = self.folder / "place"
+        place.mkdir()
+        (self.folder / "there/scan.dead").write_bytes(b"x")
+        # A program that says nothing as a reader does.
+        shutil.copy(self.exe, place / "tagrid-read-dead.exe")
+        os.environ["TAGRID_READER_PATH"] = f"Z:{self.folder};Z:{place}"
+        self.addCleanup(os.environ.pop, "TAGRID_READER_PATH")
+        done = self.there("encode", "scan.dead", "-o", "s.tag")
+        self.assertEqual(done.returncode, 74, done.stderr)
+        self.assertIn(b"tagrid-read-dead.exe: exited with code 64 before it answered", done.stderr)
 
     def test_memory_is_limited(self):
         self.there("phantom", "--dims", "100,100,100", "-q", "-o", "p.nrrd")

@@ -1,5 +1,7 @@
 // tagrid view: shows a .tag file, or two of the same size, in a browser of this machine.
 
+#include <fmt/format.h>
+
 #include <array>
 #include <filesystem>
 #include <iostream>
@@ -101,8 +103,8 @@ struct ViewCommand {
     std::cout << local.machine() << site.entrance << std::endl;
     flush_standard_output();
     const std::string ticket = local.machine() + site.ticket;
-    if (!no_browser && !local.signals().start_program("xdg-open", ticket.c_str()))
-      say_line("tagrid: no browser was opened, because xdg-open is missing; open the address above");
+    if (const std::string why = no_browser ? "" : local.signals().open_in_browser(ticket); !why.empty())
+      say_line(fmt::format("tagrid: no browser was opened, because {}; open the address above", why));
     if (!quiet) say_line("tagrid: serves this machine only; Ctrl-C ends it");
     local.serve_until_interrupted(site);
   }

@@ -8,8 +8,11 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
+#include <cstdint>
+#include <cstdio>
 #include <fstream>
 #include <limits>
+#include <span>
 #include <string_view>
 
 #include "io/errors/errors.h"
@@ -17,6 +20,7 @@
 #include "io/formats/tiff/reader/libtiff.h"
 #include "io/system/files.h"
 #include "io/text/foreign_number.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -25,12 +29,44 @@ namespace {
 /// True if a file has the magic of TIFF or BigTIFF, in either byte order.
 bool begins_tiff(const std::string& path) {
   std::array<char, 4> magic = {};
-  std::ifstream(path, std::ios::binary).read(magic.data(), magic.size());
+  std::ifstream(path_of(path), std::ios::binary).read(magic.data(), magic.size());
   const std::string_view begin(magic.data(), magic.size());
   const auto is_version = [](char c) { return c == 42 || c == 43; };
   return begin.starts_with("II") ? is_version(begin[2]) && begin[3] == 0
                                  : begin.starts_with("MM") && begin[2] == 0 && is_version(begin[3]);
 }
+
+// libtiff opens files with functions of the system, of which Windows has others than Linux. So it gets ours.
+
+int file_of(thandle_t file) { return static_cast<int>(reinterpret_cast<std::intptr_t>(file)); }
+
+tmsize_t read_of_file(thandle_t file, void* to, tmsize_t size) {
+  tmsize_t done = 0;
+  while (done < size) {
+    const std::span<std::byte> rest(static_cast<std::byte*>(to) + done,
+                                    static_cast<std::size_t>(size - done));
+    const std::ptrdiff_t count = files().read(file_of(file), rest);
+    if (count < 0) return -1;
+    if (count == 0) break;
+    done += count;
+  }
+  return done;
+}
+
+tmsize_t write_to_file(thandle_t, void*, tmsize_t) { return -1; }
+
+toff_t size_of_file(thandle_t file) {
+  FileStatus status;
+  return files().status(file_of(file), status) ? status.size : 0;
+}
+
+toff_t seek_in_file(thandle_t file, toff_t offset, int whence) {
+  if (whence == SEEK_CUR) offset += static_cast<toff_t>(files().position(file_of(file)));
+  if (whence == SEEK_END) offset += size_of_file(file);
+  return files().seek(file_of(file), offset) ? offset : std::numeric_limits<toff_t>::max();
+}
+
+int close_file(thandle_t file) { return files().close(file_of(file)) ? 0 : -1; }
 
 }  // namespace
 
@@ -43,7 +79,10 @@ TiffFile::TiffFile(const std::string& path) : path_(path) {
   FileStatus status;
   const bool is_file = files().status(descriptor, status) && status.is_file();
   // m: without mapping the file, whose damage would end the program
-  if (is_file) tiff_.reset(TIFFFdOpen(descriptor, path.c_str(), "rm"));
+  const auto handle = reinterpret_cast<thandle_t>(std::intptr_t{descriptor});
+  if (is_file)
+    tiff_.reset(TIFFClientOpen(path.c_str(), "rm", handle, read_of_file, write_to_file, seek_in_file,
+                               close_file, size_of_file, nullptr, nullptr));
   if (!tiff_) {
     if (!is_file) throw BrokenInput(path + ": is not a regular file");
     if (!begins_tiff(path)) throw BrokenInput(path + ": is not a TIFF file");
