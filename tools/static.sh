@@ -18,9 +18,12 @@ echo "Building (some minutes) ..."
 static_library() {
   local name=$1 package=$2
   [ -f "$libraries/lib/lib$name.a" ] && return
-  { cmake -S "$build/sources/$package" -B "$build/$package" -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF \
+  mkdir -p "$build/$package"
+  # HDF5 looks for what it has found out in the folder where CMake was called.
+  { cd "$build/$package" && cmake -S "$build/sources/$package" -B . -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF \
       -DCMAKE_POSITION_INDEPENDENT_CODE=ON -DCMAKE_INSTALL_PREFIX="$libraries" "${@:3}" &&
-    cmake --build "$build/$package" --target install; } >"$build/$package.log" 2>&1 || { cat "$build/$package.log" >&2; exit 70; }
+    cmake --build . --target install; } >"$build/$package.log" 2>&1 || { cat "$build/$package.log" >&2; exit 70; }
+  cd - >/dev/null
 }
 static_library tbb onetbb -DTBB_TEST=OFF -DTBBMALLOC_BUILD=OFF -DTBB_STRICT=OFF -DTBB_DISABLE_HWLOC_AUTOMATIC_SEARCH=ON \
   -DTBB_ENABLE_IPO=OFF
