@@ -1,7 +1,7 @@
 """tagrid.exe, under Wine, beside the program of this system: the same bytes from the same commands, and what only Windows
 does with names, pipes, locks and files that are open.
 
-    program_test.py PROGRAM FOLDER
+    windows_test.py PROGRAM FOLDER
         FOLDER: where tools/windows.sh builds. With TAGRID_LONG=1, as that takes minutes.
 """
 
