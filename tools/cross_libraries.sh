@@ -29,7 +29,8 @@ archive() {
   shift
   [ -f "$folder/lib/lib$name.a" ] && return
   objects=$(mktemp -d)
-  (cd "$objects" && "$compiler" -O2 -fPIC -c "$@" && "$host-ar" rcs "$folder/lib/lib$name.a" ./*.o)
+  # Under its name only when it is complete.
+  (cd "$objects" && "$compiler" -O2 -fPIC -c "$@" && "$host-ar" rcs "lib$name.a" ./*.o && mv "lib$name.a" "$folder/lib")
   rm -rf "$objects"
 }
 

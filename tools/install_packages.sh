@@ -28,10 +28,10 @@ web=("${page[@]}" chromium)
 fuzz=("${test[@]}" libclang-rt-dev)
 slurm=("${test[@]}" slurm-wlm munge)
 # For building on this machine for others, whose libraries are built from Debian's sources.
-cross=(cmake ninja-build make tcl libhwy-dev libfmt-dev libxxhash-dev libcli11-dev nlohmann-json3-dev libcurl4-openssl-dev libisal-dev dpkg-dev)
+cross=(gcc libc6-dev cmake ninja-build make tcl libhwy-dev libfmt-dev libxxhash-dev libcli11-dev nlohmann-json3-dev libcurl4-openssl-dev libisal-dev dpkg-dev)
 windows=("${cross[@]}" g++-mingw-w64-x86-64-posix wine64 nsis zip)
 # With a compiler from npm.
-reader=("${cross[@]}" lld npm)
+reader=("${cross[@]}" lld npm python3-pip python3-setuptools python3-wheel)
 arm64=("${cross[@]}" g++-aarch64-linux-gnu qemu-user gperf)
 bench=("${build[@]}" python3 python3-numpy gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)
 pictures=("${python[@]}" python3-pil python3-matplotlib)

@@ -55,7 +55,7 @@ if [ "$system" = Darwin ]; then target=tagrid_reading; fi
 cmake --build "$build" --target "$target" >"$build/log" || { cat "$build/log" >&2; exit 70; }
 if [ "$system" = Darwin ]; then
   # LLVM's linker hides the functions of C++ that zig links, and zig's does not.
-  linker=$(compgen -c ld64.lld | sort -V | tail -1)
+  linker=$(compgen -c ld64.lld | sort -V | tail -1) || true
   [ -n "$linker" ] || { echo "LLVM's linker is missing. On Debian: tools/install_packages.sh reader" >&2; exit 69; }
   echo >"$build/nothing.cpp"
   mapfile -t runtime < <(ZIG_VERBOSE_LINK=1 "$programs/c++" -shared -o "$build/nothing.dylib" "$build/nothing.cpp" 2>&1 |

@@ -52,6 +52,9 @@ version+=$(sed -n 's/^set(TAGRID_VERSION ${PROJECT_VERSION}\(.*\))/\1/p' CMakeLi
 sed "s/@TAGRID_VERSION@/$version/" python/reader/tagrid_reader/_version.py.in >"$work/tagrid_reader/_version.py"
 # The licenses of all that is in the library.
 cp LICENSE "$work/tagrid_reader/licenses/tagrid"
+if [ -e "$build/zstd/debian/copyright" ] && [ -z "${TAGRID_READER_LIBRARY:-}" ]; then
+  cp "$build/zstd/debian/copyright" "$work/tagrid_reader/licenses/libzstd-dev"
+fi
 for file in "$debian"/{libzstd-dev,libxxhash-dev,libhwy-dev,libfmt-dev}/copyright "${compiler[@]}"; do
   if [ -e "$file" ]; then cp "$file" "$work/tagrid_reader/licenses/$(basename "$(dirname "$file")")"; fi
 done

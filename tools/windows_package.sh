@@ -9,10 +9,8 @@ build=$(realpath -m "${TAGRID_BUILD:-$(dirname "$0")/../build/windows}")
 cd "$(dirname "$0")/.."
 tools/install_packages.sh windows
 tools/windows.sh --program "$build" >/dev/null
-if [ ! -e web/viewer/dist/index.html ]; then
-  tools/install_packages.sh page
-  web/build.sh >/dev/null
-fi
+tools/install_packages.sh page
+web/build.sh >/dev/null
 version=$(sed -n 's/^project(tagrid VERSION \([0-9.]*\) .*/\1/p' CMakeLists.txt)
 # shellcheck disable=SC2016  # these are the words of CMake
 version+=$(sed -n 's/^set(TAGRID_VERSION ${PROJECT_VERSION}\(.*\))/\1/p' CMakeLists.txt)
@@ -35,6 +33,11 @@ for package in libhwy-dev libfmt-dev libcli11-dev nlohmann-json3-dev g++-mingw-w
 done
 rm -f "$folder/$name.zip"
 (cd "$work" && zip -qr9 "$folder/$name.zip" "$name")
-makensis -V2 -DVERSION="$version" -DFOLDER="$staged" -DOUTPUT="$folder/$name-setup.exe" packaging/windows/tagrid.nsi
+# Files first, then folders from the inside out.
+{
+  (cd "$staged" && find . -type f -printf 'Delete "$INSTDIR\\%P"\n')
+  (cd "$staged" && find . -mindepth 1 -depth -type d -printf 'RMDir "$INSTDIR\\%P"\n')
+} | tr / '\\' >"$work/remove.nsh"
+makensis -V2 -DVERSION="$version" -DFOLDER="$staged" -DREMOVE="$work/remove.nsh" -DOUTPUT="$folder/$name-setup.exe" packaging/windows/tagrid.nsi
 echo "In $folder:"
 cd "$folder" && ls -- "$name"*

@@ -1,17 +1,11 @@
 // Where temporary files lie by default. Apart from SpoolFile, as a library must not look at the environment.
-#include <cstdlib>
-
 #include "io/files/spool_file.h"
 #include "io/system/files.h"
+#include "io/system/this_process.h"
 #include "io/text/text.h"
 
 namespace tagrid {
 namespace {
-
-std::string folder_for_temporaries() {
-  const char* folder = std::getenv("TMPDIR");
-  return folder != nullptr && *folder != '\0' ? folder : "/tmp";
-}
 
 // Beside the output, because there must be space for the result there anyway.
 std::string folder_beside(const std::string& path) {

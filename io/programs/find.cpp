@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 
@@ -69,10 +68,14 @@ std::vector<FoundProgram> all(std::string_view prefix) {
 
 std::vector<std::string> program_folders() {
   std::vector<std::string> folders;
-  if (const char* variable = std::getenv("TAGRID_READER_PATH"); variable != nullptr)
-    for (const std::string_view folder : split(variable, separator_of_folders()))
+  constexpr std::string_view name = "TAGRID_READER_PATH=";
+  for (const std::string& variable : environment()) {
+    if (!variable.starts_with(name)) continue;
+    for (const std::string_view folder :
+         split(std::string_view(variable).substr(name.size()), separator_of_folders()))
       // Otherwise the current folder, which may belong to anybody, would choose programs.
       if (path_of(folder).is_absolute()) folders.emplace_back(folder);
+  }
   if (const auto program = program_path()) {
     folders.push_back(text_of(program->parent_path()));
     folders.push_back(text_of(program->parent_path().parent_path() / "libexec/tagrid"));

@@ -21,7 +21,7 @@ constexpr std::string_view passed_names[] = {
     "PATH", "HOME", "USER", "LOGNAME", "LANG", "LANGUAGE", "TZ", "TZDIR", "TMPDIR", "DCMDICTPATH",
     "CONDA_PREFIX", "VIRTUAL_ENV",
     // Windows, and some of its libraries, start no program without these.
-    "Path", "SystemRoot", "TEMP", "TMP"};
+    "Path", "SystemRoot", "SYSTEMROOT", "TEMP", "TMP"};
 constexpr std::string_view passed_beginnings[] = {"LC_", "LD_", "HDF5_", "TAGRID_", "PYTHON", "OMP_"};
 
 bool is_passed_on(std::string_view name) {

@@ -22,6 +22,8 @@ std::optional<std::filesystem::path> program_path();
 std::vector<std::string> arguments_of_program(int count, char** arguments);
 /// All variables, each as NAME=VALUE.
 std::vector<std::string> environment();
+/// The directory where the user wants temporary files that have no better place.
+std::string folder_for_temporaries();
 
 /// From now on, what is made for a fork of this process calls `action` there.
 void call_after_fork(void (*action)());

@@ -298,8 +298,10 @@ class SystemFiles final : public FileSystem {
     if (MoveFileExW(source.c_str(), target.c_str(), MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH) != 0)
       return true;
     const DWORD error = GetLastError();
-    if (error != ERROR_ACCESS_DENIED || is_folder_at(target)) return fail(error);
-    return rename_over_open(source, target);
+    const bool may_be_open = error == ERROR_ACCESS_DENIED &&
+                             GetFileAttributesW(target.c_str()) != INVALID_FILE_ATTRIBUTES &&
+                             !is_folder_at(target);
+    return may_be_open ? rename_over_open(source, target) : fail(error);
   }
   bool rename_to_new(const std::string& from, const std::string& to) override {
     return MoveFileExW(native(from).c_str(), native(to).c_str(), MOVEFILE_WRITE_THROUGH) != 0 || fail();
@@ -374,14 +376,16 @@ class SystemFiles final : public FileSystem {
   /// A file that is open loses its name, and is removed when it is closed. Windows 10 and 11 do this on NTFS.
   static bool rename_as_posix(const std::wstring& from, const std::wstring& to) {
     constexpr auto rename_ex = static_cast<FILE_INFO_BY_HANDLE_CLASS>(22);  // FileRenameInfoEx
-    constexpr DWORD replaces = 1, as_posix = 2;
-    const HANDLE file = CreateFileW(from.c_str(), DELETE, shared_by_all, nullptr, OPEN_EXISTING,
-                                    FILE_FLAG_BACKUP_SEMANTICS | FILE_FLAG_OPEN_REPARSE_POINT, nullptr);
+    constexpr DWORD replaces = 1, as_posix = 2, also_read_only = 0x40;
+    // Written through: what is removed on another disk afterwards may depend on it.
+    const HANDLE file = CreateFileW(
+        from.c_str(), DELETE, shared_by_all, nullptr, OPEN_EXISTING,
+        FILE_FLAG_BACKUP_SEMANTICS | FILE_FLAG_OPEN_REPARSE_POINT | FILE_FLAG_WRITE_THROUGH, nullptr);
     if (file == INVALID_HANDLE_VALUE) return false;
     std::vector<std::byte> bytes(sizeof(FILE_RENAME_INFO) + to.size() * sizeof(wchar_t));
     auto* const info = new (bytes.data()) FILE_RENAME_INFO{};
     // The flags lie where the older call has its only one.
-    const DWORD flags = replaces | as_posix;
+    const DWORD flags = replaces | as_posix | also_read_only;
     std::memcpy(info, &flags, sizeof flags);
     info->FileNameLength = static_cast<DWORD>(to.size() * sizeof(wchar_t));
     std::memcpy(info->FileName, to.data(), to.size() * sizeof(wchar_t));
@@ -399,9 +403,13 @@ class SystemFiles final : public FileSystem {
     if (MoveFileExW(to.c_str(), aside.c_str(), MOVEFILE_WRITE_THROUGH) == 0) return fail();
     if (MoveFileExW(from.c_str(), to.c_str(), MOVEFILE_WRITE_THROUGH) == 0) {
       const DWORD error = GetLastError();
-      MoveFileExW(aside.c_str(), to.c_str(), MOVEFILE_WRITE_THROUGH);
+      // Whatever holds the name, such as a scanner of viruses, lets it go soon.
+      for (int tries = 0; MoveFileExW(aside.c_str(), to.c_str(), MOVEFILE_WRITE_THROUGH) == 0 && tries < 50;
+           ++tries)
+        Sleep(100);
       return fail(error);
     }
+    SetFileAttributesW(aside.c_str(), FILE_ATTRIBUTE_NORMAL);
     DeleteFileW(aside.c_str());
     return true;
   }

@@ -43,12 +43,19 @@ class EndOfPipe : public windows::Stream {
     has_failed_ = !goes_on_;
     if (has_failed_) SetEvent(done_.get());
   }
-  /// The bytes of the call that has ended; nothing and EAGAIN if it goes on, or EPIPE if it failed.
+  /// The bytes of the call that has ended; nothing and EAGAIN if it goes on, ECANCELED if it has to begin again, or
+  /// EPIPE if it failed.
   std::optional<std::size_t> ended() {
     DWORD count = 0;
     if (goes_on_ && GetOverlappedResult(pipe_.get(), &call_, &count, FALSE) == 0) {
       if (GetLastError() == ERROR_IO_INCOMPLETE) {
         errno = EAGAIN;
+        return std::nullopt;
+      }
+      goes_on_ = false;
+      // The end of a thread ends the calls that it began.
+      if (GetLastError() == ERROR_OPERATION_ABORTED) {
+        errno = ECANCELED;
         return std::nullopt;
       }
       has_failed_ = true;
@@ -70,8 +77,10 @@ class EndOfPipe : public windows::Stream {
   void stop() {
     DWORD count = 0;
     // The system must not write to the buffer after its end.
-    if (goes_on_ && CancelIoEx(pipe_.get(), &call_) != 0)
+    if (goes_on_) {
+      CancelIoEx(pipe_.get(), &call_);
       GetOverlappedResult(pipe_.get(), &call_, &count, TRUE);
+    }
     goes_on_ = false;
     has_failed_ = true;
     pipe_.reset();
@@ -89,6 +98,10 @@ class OutputOfChild final : public EndOfPipe {
   std::ptrdiff_t read(std::span<std::byte> to) override {
     if (rest_.empty()) {
       const auto count = ended();
+      if (!count && errno == ECANCELED) {
+        read_ahead();
+        errno = EAGAIN;
+      }
       // The other end was closed.
       if (!count) return errno == EAGAIN ? -1 : 0;
       rest_ = std::span(buffer_).first(*count);

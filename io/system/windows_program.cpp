@@ -3,6 +3,7 @@
 #include <io.h>
 #include <malloc.h>
 
+#include <array>
 #include <cstdlib>
 
 #include "io/system/on_windows.h"
@@ -30,6 +31,12 @@ std::vector<std::string> environment() {
     if (*one != L'=') variables.push_back(windows::utf8(one));
   if (all != nullptr) FreeEnvironmentStringsW(all);
   return variables;
+}
+
+std::string folder_for_temporaries() {
+  std::array<wchar_t, MAX_PATH + 2> folder = {};
+  GetTempPathW(static_cast<DWORD>(folder.size()), folder.data());
+  return windows::text(folder.data());
 }
 
 // No file of the program becomes a standard stream: their numbers are taken. What is written is bytes, and UTF-8.

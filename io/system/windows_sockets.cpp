@@ -29,6 +29,13 @@ int fail_of_socket() {
     case WSAESHUTDOWN:
       errno = EPIPE;
       break;
+    case WSAEACCES:
+      errno = EACCES;
+      break;
+    case WSAEMFILE:
+    case WSAENOBUFS:
+      errno = EMFILE;
+      break;
     default:
       windows::fail(static_cast<DWORD>(error));
   }
@@ -148,7 +155,8 @@ Descriptor open_local_port(int& number) {
 
 Descriptor accept_connection(int port) {
   Socket* const waiting = socket_at(port);
-  const SOCKET connection = waiting == nullptr ? INVALID_SOCKET : waiting->next();
+  if (waiting == nullptr) return -1;
+  const SOCKET connection = waiting->next();
   return connection == INVALID_SOCKET ? Descriptor(fail_of_socket()) : added(connection);
 }
 
