@@ -17,7 +17,7 @@ MOST = {
     "files that name nrrd_fields": 1,
     "C++ files of the product": 867,
     "C++ files longer than 600 lines": 0,
-    "lines of the product in C++": 110393,
+    "lines of the product in C++": 110433,
 }
 
 
