@@ -9,7 +9,7 @@ export const golden = join(dirname(fileURLToPath(import.meta.url)), "..", "golde
 export const goldenFiles = readdirSync(golden).filter((name) => name.endsWith(".tag"));
 
 export const folder = mkdtempSync(join(tmpdir(), "tagrid-web-"));
-process.on("exit", () => rmSync(folder, { recursive: true, force: true, maxRetries: 10, retryDelay: 100 }));
+process.on("exit", () => rmSync(folder, { recursive: true, force: true, maxRetries: 40, retryDelay: 100 }));
 
 const program = process.env.TAGRID_PROGRAM;
 
