@@ -54,7 +54,7 @@ class ReaderWheel(unittest.TestCase):
             self.check_library(library)
             self.assertIn("manylinux_2_17_", wheel.name)
         if shutil.which("dpkg-query"):
-            self.assertEqual(len([name for name in content.namelist() if "/licenses/" in name]), 9 if LONG else 6)
+            self.assertEqual(len([name for name in content.namelist() if "/licenses/" in name]), 8 if LONG else 6)
         file, = (name for name in content.namelist() if name.endswith(".dist-info/METADATA"))
         metadata = content.read(file).decode()
         self.assertEqual(re.findall("^Requires-Dist: (.*)", metadata, re.MULTILINE), ["numpy"])
