@@ -16,7 +16,7 @@ struct FoundProgram {
 };
 
 /// The directories in which programs are sought, in this order: those of the environment variable
-/// TAGRID_READER_PATH (absolute ones only; ';' separates them on Windows), the directory of this program, and ../libexec/tagrid from there.
+/// TAGRID_READER_PATH (absolute ones only), the directory of this program, and ../libexec/tagrid from there.
 std::vector<std::string> program_folders();
 
 /// The path of the program that reads the format of this name: "tagrid-read-NAME" in the first directory

@@ -32,7 +32,7 @@ struct FilesBeside {
 /// directories that its links lead to. If only the directory `part` of `path` is read, links in
 /// other directories are not followed: finding them takes long where many parts are read, each by
 /// its own process. Has no effect if the sandbox is off; without Landlock (Linux 5.13), files are
-/// not protected. Throws WorldError if the system refuses, and on Windows, which has no sandbox. REQUIRES: this process has one thread.
+/// not protected. Throws WorldError if the system refuses, and on Windows. REQUIRES: this process has one thread.
 void confine_to(const std::string& path, const FilesBeside& beside, const std::string& part = "");
 
 /// The version of Landlock, which decides what files a process can open

@@ -67,7 +67,7 @@ OpenFile* find(int number);
 OpenFile take(int number);
 /// The handle of an open file, or INVALID_HANDLE_VALUE.
 HANDLE handle_of(int file);
-/// The stream with this number; nullptr and errno if it is none.
+/// The stream with this number; nullptr and errno if there is none.
 Stream* stream_of(int number);
 
 }  // namespace tagrid::windows

@@ -126,7 +126,7 @@ std::string EndSignals::open_in_browser(const std::string& address) const {
   posix_spawnattr_t attributes;
   posix_spawn_file_actions_t actions;
   posix_spawnattr_init(&attributes);
-  // Without standard streams, and in a group of its own: the signal that ends this program leaves the other one alone.
+  // Without standard streams, and in a separate group: a signal that ends this program does not end the browser.
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETPGROUP);
   posix_spawnattr_setsigmask(&attributes, &kept_->before);
   posix_spawn_file_actions_init(&actions);

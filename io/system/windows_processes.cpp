@@ -142,7 +142,7 @@ class InputOfChild final : public EndOfPipe {
   void end_writing() override { finish(std::chrono::minutes(1)); }
 };
 
-/// A new pipe; its ends are empty, with errno, if there is none.
+/// A new pipe. If it cannot be made, its ends are empty, and errno says why.
 struct Pipe {
   windows::Handle ours, childs;
 };

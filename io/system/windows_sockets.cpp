@@ -42,8 +42,8 @@ int fail_of_socket() {
   return -1;
 }
 
-/// A port or a connection. Its calls of Windows do not wait. What waits here ends when another thread ends the
-/// connection, which Windows does not promise of its own calls.
+/// A port or a connection. Its calls of Windows do not wait; waiting is done here, so that it ends when another thread
+/// ends the connection. Windows does not promise that for calls that wait.
 class Socket final : public windows::Stream {
  public:
   explicit Socket(SOCKET socket)

@@ -16,6 +16,10 @@ import tempfile
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "tests/support"))
+
+from reading_half import exported
+
 PROGRAM, FOLDER = (pathlib.Path(argument).resolve() for argument in sys.argv[1:3])
 ARM64, X86_64 = 0x0100000C, 0x01000007
 
@@ -27,12 +31,6 @@ def run(*command):
 def library(system):
     run(ROOT / "tools/reader_library.sh", system, FOLDER / "reader" / system)
     return FOLDER / "reader" / system / ("libtagrid_reading.so" if "linux" in system else "libtagrid_reading.dylib")
-
-
-def exported():
-    header = (ROOT / "include/tagrid/tagrid_blocks.h").read_text()
-    declared = set(re.findall(r"^TAGRID_API .*\b(tagrid_\w+)\(", header, re.MULTILINE))
-    return declared | {"tagrid_version", "tagrid_status_text", "tagrid_info_init_sized"}
 
 
 class MachO:

@@ -30,12 +30,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tests/support"))
 
 from other_program import OtherProgram, volume
+from reading_half import WINE
 
 PROGRAM, FOLDER = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
-WINE = shutil.which("wine") or shutil.which("wine64")
-# Debian's wine64 alone has its loader here.
-if WINE is None and pathlib.Path("/usr/lib/wine/wine64").exists():
-    WINE = "/usr/lib/wine/wine64"
 
 
 def bmp(width, height, samples):
