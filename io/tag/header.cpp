@@ -120,6 +120,11 @@ Status check_parameters(const CodingParameters& p) {
   if (!(p.transform_step >= 0) ||
       (p.transform_step > 0 && p.transform_step != kept_step(p.transform_step, p.type)))
     return Status::broken("the step of the transform is out of range");
+  if (is_filter(p.filter) &&
+      (!(p.transform_step > 0) || std::ranges::any_of(p.filter, [](std::int16_t weight) {
+        return weight < -most_filter_weight || weight > most_filter_weight;
+      })))
+    return Status::broken("the filter has no transform before it, or weights out of range");
   if (p.range_low > p.range_high)
     return Status::broken("the low end of the value range is above its high end");
   return {};
@@ -129,7 +134,7 @@ bool are_same(const CodingParameters& a, const CodingParameters& b) {
   FieldWriter of_a, of_b;
   parameter_fields(of_a, a);
   parameter_fields(of_b, b);
-  return of_a.bytes() == of_b.bytes() && a.transform_step == b.transform_step;
+  return of_a.bytes() == of_b.bytes() && a.transform_step == b.transform_step && a.filter == b.filter;
 }
 
 Status check_volumes(const CodingParameters& p, std::int64_t volumes) {
@@ -168,6 +173,8 @@ std::vector<std::byte> serialize_header(const TagHeader& header) {
   if (p.transform_step > 0)
     fields.put(is_float_type(p.type) ? std::bit_cast<std::uint32_t>(static_cast<float>(p.transform_step))
                                      : static_cast<std::uint32_t>(p.transform_step / least_transform_step));
+  if (is_filter(p.filter))
+    for (const std::int16_t weight : p.filter) fields.put(static_cast<std::uint16_t>(weight));
 
   FieldWriter whole;
   whole.put_bytes(std::as_bytes(std::span(magic)));
@@ -226,10 +233,15 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
     p.transform_step =
         is_float_type(p.type) ? double{std::bit_cast<float>(step)} : step * least_transform_step;
   }
+  p.filter = {};
+  const bool filtered = reader.left() > 0;
+  if (filtered)
+    for (std::int16_t& weight : p.filter) weight = static_cast<std::int16_t>(reader.get<std::uint16_t>());
   if (!reader.complete() || text_size > max_fields_size)
     return Status::broken("the header's fields do not fit its size");
   if (transformed && !(p.transform_step > 0))
     return Status::broken("the step of the transform is not positive");
+  if (filtered && !is_filter(p.filter)) return Status::broken("the filter of the transform has no weights");
   std::vector<std::byte> text;
   if (Status status = zstd_decompress(packed, text_size, text); !status.ok())
     return Status::broken("the source's fields in the header: " + status.what());

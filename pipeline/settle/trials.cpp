@@ -11,6 +11,7 @@
 #include "pipeline/encode/graph.h"
 #include "pipeline/settle/source_survey.h"
 #include "pipeline/slices/slices_ahead.h"
+#include "stages/sample/filter_fit.h"
 #include "stages/sample/statistics.h"
 
 namespace tagrid {
@@ -44,16 +45,38 @@ Trials::Trials(VolumeSource& source, CodingParameters parameters, const EncodePl
   parameters_.grid = GridOrigin::derived;
 }
 
+bool Trials::has_parts() const {
+  const Index3& dims = source_.info().dims;
+  return dims.x * dims.y * dims.z > most_sampled_;
+}
+
+void Trials::fit_filter(double max_error, double step) {
+  FilterFit fit;
+  CodingParameters parameters = parameters_;
+  parameters.brick_edge = has_parts() ? usual_edge_ : parameters.brick_edge;
+  parameters.max_error = max_error;
+  parameters.transform_step = step;
+  parameters.filter = {};
+  parameters.fit = &fit;
+  encode(parameters, has_parts());
+  set_filter(fit.weights());
+}
+
+void Trials::set_filter(const FilterWeights& weights) {
+  parameters_.filter = weights;
+  std::erase_if(earlier_, [](const auto& tried) { return std::get<1>(tried.first) > 0; });
+}
+
 const Tried& Trials::of(double max_error, double step, bool sampled) {
   // A small volume is its own sample.
-  const Index3& dims = source_.info().dims;
-  sampled = sampled && dims.x * dims.y * dims.z > most_sampled_;
+  sampled = sampled && has_parts();
   const auto [at, is_new] = earlier_.try_emplace({max_error, step, sampled});
   if (!is_new) return at->second;
   CodingParameters parameters = parameters_;
   if (sampled || step == 0) parameters.brick_edge = usual_edge_;
   parameters.max_error = max_error;
   parameters.transform_step = step;
+  if (step == 0) parameters.filter = {};
   return at->second = encode(parameters, sampled);
 }
 

@@ -33,10 +33,17 @@ class Trials {
   /// `step`: of a transform; 0: none. `sampled`: whether a part is enough.
   const Tried& of(double max_error, double step, bool sampled);
 
+  /// Fits a filter to a part, encoded with this step. What is encoded from now on has it, where there is a transform.
+  void fit_filter(double max_error, double step);
+  void set_filter(const FilterWeights& weights);
+  const FilterWeights& filter() const { return parameters_.filter; }
+
   /// How often a sample of the volume was read, on average.
   double times_read() const { return times_read_; }
 
  private:
+  /// False for small volumes, which are their own samples.
+  bool has_parts() const;
   /// All rows of each volume, or rows spread over them all.
   std::vector<std::vector<BrickRows>> rows_of_volumes(const BrickGrid& bricks, bool sampled) const;
   Tried encode(const CodingParameters& parameters, bool sampled);

@@ -80,6 +80,8 @@ struct BrickOfVoxels {
   Bounds bounds;
   Effort effort = Effort::normal;
   double transform_step = 0;  ///< see CodingParameters; 0: none
+  FilterWeights filter{};     ///< see CodingParameters
+  FilterFit* fit = nullptr;   ///< the same
 };
 using VoxelBrick = BrickOfVoxels<VoxelBounds>;
 

@@ -29,13 +29,17 @@ auto voxels_of(const Box& owned, const LatticeBits& active, const CodingParamete
                      &active,
                      {parameters.max_error, parameters.surface_error},
                      parameters.effort,
-                     parameters.transform_step};
+                     parameters.transform_step,
+                     parameters.filter,
+                     parameters.fit};
   else
     return VoxelBrick{owned,
                       &active,
                       {integer_bound<T>(parameters.max_error), integer_bound<T>(parameters.surface_error)},
                       parameters.effort,
-                      parameters.transform_step};
+                      parameters.transform_step,
+                      parameters.filter,
+                      parameters.fit};
 }
 
 // The values of `box` that lie in `owned`.

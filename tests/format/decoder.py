@@ -64,14 +64,18 @@ class Header:
          self.scale, self.range_low, high,
          max_error, surface_error, mesh_error, point_error, volumes, text_size, packed_size) = struct.unpack_from(
              "<QQQBBHHHIHBBdddddddIII", data, 16)
-        require(self.size - 132 - packed_size in (0, 4) and text_size <= 1 << 24, "fields do not fit")
+        require(self.size - 132 - packed_size in (0, 4, 52) and text_size <= 1 << 24, "fields do not fit")
         self.step = None  # of samples
-        if self.size == 136 + packed_size:
+        self.filter = None
+        if self.size > 132 + packed_size:
             self.step = struct.unpack_from("<f" if type_number >= 7 else "<I", data, 124 + packed_size)[0]
             if type_number < 7:
                 require(1 <= self.step < 1 << 23, "an impossible step")
                 self.step /= 64
             require(2.0 ** -100 <= self.step <= 2.0 ** 100, "an impossible step")
+        if self.size > 136 + packed_size:
+            self.filter = struct.unpack_from("<24h", data, 128 + packed_size)
+            require(any(self.filter) and all(-2047 <= w <= 2047 for w in self.filter), "an impossible filter")
         require(1 <= volumes <= 10000, "an impossible number of volumes")
         require(volumes == 1 or (volumes * self.dims[2] <= 1 << 31 and volumes * math.prod(self.dims) <= 1 << 58),
                 "impossible sizes")
@@ -192,7 +196,7 @@ def decode_samples(header, closed, owned, active, values):
     def decode_narrow(data, sample_type, bounds, step=None):
         if step is not None:  # in 64ths
             if data[:1] == TRANSFORMED:
-                return decode_transform(data[1:], size, sample_type, step, bounds[0])
+                return decode_transform(data[1:], size, sample_type, step, bounds[0], header.filter)
             bounds = 0, 0
         if is_few(data):
             return decode_few(data, size, sample_type, bounds, decode_numbers)
@@ -294,7 +298,8 @@ def check_members(data, at, header, last):
             require((kind, factor) == (2, volumes) and volumes < header.volumes,
                     "the volumes are not in order, or are too many")
             inner = Header(data[at + 20:end])
-            require(inner.volumes == 1 and inner.coding == header.coding and inner.step == header.step,
+            require(inner.volumes == 1 and inner.coding == header.coding and inner.step == header.step
+                    and inner.filter == header.filter,
                     "a volume is of another file")
             volumes += 1
         if kind == 1:
