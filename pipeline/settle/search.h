@@ -15,10 +15,10 @@ struct FoundBound {
   std::string reason;      ///< how it follows from the samples
   std::string doubt = {};  ///< why it may not be what is wanted; "" if nothing says that
   double step = 0;         ///< of a transform; 0: none
-  FilterWeights filter{};  ///< after it
   double times_read = 0;   ///< how often a sample was read to find it, on average
   /// Of the voxels that were tried last, if only a sample of them was: in dB, and of samples; 0 if nothing is lost.
   double psnr = 0, rmse = 0;
+  FilterWeights filter{};  ///< after the transform
 };
 
 /// True for volumes of which a sample is tried first.

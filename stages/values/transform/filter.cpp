@@ -18,22 +18,22 @@ TAGRID_INLINE std::int16_t limited(std::int16_t v, std::int16_t limit) {
 /// Differences of a row to two rows of neighbours, limited at each level, added to three rows.
 TAGRID_VECTOR_CODE void add_differences(const std::int16_t* here, const std::int16_t* one,
                                         const std::int16_t* other, std::size_t n, const std::int16_t* limits,
-                                        std::int16_t* sums, std::size_t stride) {
-  const std::int16_t wide = limits[0], middle = limits[1], narrow = limits[2];
+                                        std::int16_t* __restrict wide, std::int16_t* __restrict middle,
+                                        std::int16_t* __restrict narrow) {
+  const std::int16_t of_wide = limits[0], of_middle = limits[1], of_narrow = limits[2];
   TAGRID_INDEPENDENT
   for (std::size_t i = 0; i < n; ++i) {
     const auto a = static_cast<std::int16_t>(one[i] - here[i]),
                b = static_cast<std::int16_t>(other[i] - here[i]);
-    sums[i] = static_cast<std::int16_t>(sums[i] + limited(a, wide) + limited(b, wide));
-    sums[i + stride] = static_cast<std::int16_t>(sums[i + stride] + limited(a, middle) + limited(b, middle));
-    sums[i + 2 * stride] =
-        static_cast<std::int16_t>(sums[i + 2 * stride] + limited(a, narrow) + limited(b, narrow));
+    wide[i] = static_cast<std::int16_t>(wide[i] + limited(a, of_wide) + limited(b, of_wide));
+    middle[i] = static_cast<std::int16_t>(middle[i] + limited(a, of_middle) + limited(b, of_middle));
+    narrow[i] = static_cast<std::int16_t>(narrow[i] + limited(a, of_narrow) + limited(b, of_narrow));
   }
 }
 
 TAGRID_VECTOR_CODE void add_corrections(const std::int16_t* differences, std::size_t stride, std::size_t n,
                                         const std::int16_t* weights, std::int32_t most, int shift,
-                                        std::int32_t* values) {
+                                        std::int32_t* __restrict values) {
   std::int32_t w[filter_weights];
   for (std::size_t k = 0; k < filter_weights; ++k) w[k] = weights[k];
   TAGRID_INDEPENDENT
@@ -131,10 +131,12 @@ void for_rows(std::span<const std::int32_t> values, Index3 size, const Scale& sc
       repeat(z + reach - 1, z + reach);
     for (std::int64_t y = 0; y < size.y; ++y) {
       if ((y + z) % every != 0) continue;
-      std::ranges::fill(differences, std::int16_t{0});
+      std::fill(differences.begin(), differences.end(), std::int16_t{0});
       for (const Neighbour& of : neighbours)
         add_differences(at(y, z), at(y + of.y, z + of.z) + of.x, at(y - of.y, z - of.z) - of.x, n,
-                        scale.limits.data(), differences.data() + of.group * n, groups * n);
+                        scale.limits.data(), differences.data() + of.group * n,
+                        differences.data() + (of.group + groups) * n,
+                        differences.data() + (of.group + 2 * groups) * n);
       row(static_cast<std::size_t>((z * size.y + y) * size.x), std::as_const(differences), n);
     }
   }

@@ -150,7 +150,7 @@ bool filter_if_better(std::span<const T> samples, std::int32_t center, const Tra
   std::vector<T> filtered(samples.size());
   store<T>(values, center, filtered);
   if (squared_error<T>(samples, filtered) >= before) return false;
-  std::ranges::copy(filtered, decoded.begin());
+  std::copy(filtered.begin(), filtered.end(), decoded.begin());
   return true;
 }
 
