@@ -121,7 +121,7 @@ MADE = [
     ("uint8", "phantom", (20, 17, 19), ["--cube=8", "--max-error=9", "--threshold=60"]),
     ("int16", "phantom", (20, 17, 19), ["--cube=8", "--psnr=30", "--threshold=-500,-20,0,300"]),
     ("int16", "phantom", (14, 15, 13), ["--cube=8", "--brick=1", "--max-error=90", "--surface-error=30", "--threshold=200"]),
-    ("uint16", "phantom", (14, 15, 13), ["--cube=8", "--effort=best", "--ratio=30", "--threshold=1000"]),
+    ("uint16", "phantom", (14, 15, 13), ["--cube=8", "--effort=best", "--ratio=6", "--threshold=1000"]),
     ("int32", "phantom", (14, 15, 13), ["--cube=8", "--max-error=400", "--threshold=-1000,100"]),
     ("float32", "phantom", (14, 15, 13), ["--cube=8", "--max-error=60.5", "--threshold=0,0.1,250"]),
     ("float64", "odd", (13, 9, 8), ["--cube=4", "--max-error=90", "--threshold=0,10"]),

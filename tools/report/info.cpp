@@ -384,7 +384,7 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   if (p.surface_error >= 0) line("", fmt::format("bound {} at active points", p.surface_error));
   for (std::size_t i = 0; i < p.thresholds.count; ++i)
     line(i == 0 ? "thresholds" : "",
-         fmt::format("{}: {:.4g} % of the samples are at least this; {} changed sides, and were moved back",
+         fmt::format("{}: {:.4g} % of the samples are at least this; {} would have changed sides",
                      sample_text(p.thresholds.all[i], header),
                      100.0 * static_cast<double>(errors.at_least.all[i]) /
                          static_cast<double>(p.dims.x * p.dims.y * p.dims.z * header.volumes),
