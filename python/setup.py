@@ -1,7 +1,7 @@
 """Builds the package with an installed libtagrid, which pkg-config finds: pip install ./python, or pip wheel ./python
 
 libtagrid.a is linked into the extension. Other libraries that not every Linux has are copied into the package, under
-names of their own, so that the wheel needs nothing but numpy: see docs/packages.md.
+names of their own, so that the wheel needs nothing but numpy: see docs/dev/packages.md.
 """
 
 import glob

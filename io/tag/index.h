@@ -1,5 +1,5 @@
 // The index of a .tag file: pages with the sizes and statistics of bricks, and a directory of the pages and of
-// the whole volume, which lies beside the footer. docs/format.md specifies it.
+// the whole volume, which lies beside the footer. docs/dev/format.md specifies it.
 #pragma once
 
 #include <cstddef>

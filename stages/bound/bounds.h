@@ -18,7 +18,7 @@
 namespace tagrid {
 
 /// True if `e` can bound an error: a finite number from 0, in sample units. An absent bound is nothing in
-/// EncodeOptions, and -1 in CodingParameters and in the header: see docs/decisions/0020-bounds.md.
+/// EncodeOptions, and -1 in CodingParameters and in the header: see docs/dev/decisions/0020-bounds.md.
 inline bool is_bound(double e) { return e >= 0 && std::isfinite(e); }
 
 /// A bound as an integer. A bound larger than the range of the type becomes that range.

@@ -32,7 +32,7 @@ def sources():
 
 
 def brick():
-    text = (ROOT / "docs" / "design.md").read_text().partition("\n## Follow one brick\n")[2]
+    text = (ROOT / "docs" / "dev" / "design.md").read_text().partition("\n## Follow one brick\n")[2]
     return [int(number) for number in re.findall(r"^\*\*(?:In|Out): \d+ functions, and (\d+)", text, re.M)]
 
 

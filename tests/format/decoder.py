@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """python3 tests/format/decoder.py FILE.tag OUT.raw
 
-Decodes a .tag file of version 5 into samples, x fastest, little endian. It was written from docs/format.md and
+Decodes a .tag file of version 5 into samples, x fastest, little endian. It was written from docs/dev/format.md and
 follows its sections; it shares nothing with the program. It is slow: a few thousand samples per second.
 The exit code is 65 if the file is broken.
 """

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """python3 tests/format/decoder_test.py TAGRID made|golden|broken|record
 
-Compares decoder.py, which was written from docs/format.md alone, with `tagrid decode`:
+Compares decoder.py, which was written from docs/dev/format.md alone, with `tagrid decode`:
   made    files of small volumes of many kinds, encoded here
   golden  the files that every version must read. decoder.py takes minutes to decode them, so tests/golden/1.0/second_decoder.json
           holds the hashes of its results, which are those of `tagrid decode`. It fails where a file or decoder.py has changed

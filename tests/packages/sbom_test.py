@@ -1,4 +1,4 @@
-"""tagrid.spdx.json is a document of SPDX 2.3, and lists what docs/design.md and the built programs depend on.
+"""tagrid.spdx.json is a document of SPDX 2.3, and lists what docs/dev/design.md and the built programs depend on.
 
     sbom_test.py BUILD
 """
@@ -23,8 +23,8 @@ SYSTEM = r"glibc$|gcc-\d+$"
 
 
 def table():
-    """Debian's packages that the product depends on, of the table in docs/design.md."""
-    text = (ROOT / "docs/design.md").read_text().partition("\n## Dependencies\n")[2].partition("\n## ")[0]
+    """Debian's packages that the product depends on, of the table in docs/dev/design.md."""
+    text = (ROOT / "docs/dev/design.md").read_text().partition("\n## Dependencies\n")[2].partition("\n## ")[0]
     found = set()
     for cell in re.findall(r"^\| ([^|]+) \|", text, re.MULTILINE)[1:]:
         names, _, purpose = cell.partition(" (")
