@@ -111,7 +111,8 @@ def filter_of(dataset: Any) -> Filter:
     if (others not in range(0, 17, 2) or given[2] >= len(EFFORTS) or given[3] > 1
             or given[4] != (_LAYOUT if others == 0 else _LAYOUT_WITH_THRESHOLDS)):
         raise DamagedError(f"{dataset.name}: the numbers of its filter are {tuple(given)}, which tagrid does not know")
-    bound, *thresholds_given = struct.unpack(f"<{1 + others // 2}d", struct.pack(f"<{2 + others}I", *given[:2], *given[_STORED_NUMBERS:]))
+    doubles = (*given[:2], *given[_STORED_NUMBERS:])
+    bound, *thresholds_given = struct.unpack(f"<{len(doubles) // 2}d", struct.pack(f"<{len(doubles)}I", *doubles))
     return Filter(bound, [*EFFORTS][given[2]], bool(given[3]), thresholds_given)
 
 
@@ -157,7 +158,8 @@ def read(dataset: Any, threads: int = 0) -> npt.NDArray[Any]:
     DamagedError names the first chunk that is damaged, or whose type, shape or bound does not fit the data
     set.
     """
-    bound = filter_of(dataset).max_error
+    settings = filter_of(dataset)
+    bound, thresholds_given = settings.max_error, settings.thresholds
     # As in write(): threads must not use h5py.
     name, shape_of_chunk = dataset.name, dataset.chunks
     dtype = dataset.dtype.newbyteorder("=")
@@ -173,6 +175,8 @@ def read(dataset: Any, threads: int = 0) -> npt.NDArray[Any]:
                     raise DamagedError(f"it is a volume of the shape {volume.shape} and the type {found.name}")
                 if volume.max_error > bound or step not in (0, step_of(dtype, bound)):
                     raise DamagedError(f"its samples are not known to be within {bound:g}, the bound of the data set")
+                if volume.max_error > 0 and [entry["value"] for entry in volume.info["thresholds"]] != thresholds_given:
+                    raise DamagedError("its samples are not known to be on their sides of the thresholds of the data set")
                 chunk = decode_chunk(volume).reshape(shape_of_chunk)
         except DamagedError as error:
             raise DamagedError(f"{name}: the chunk at {tuple(place)}: {error}") from error
