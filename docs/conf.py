@@ -1,0 +1,142 @@
+"""The site of the documents, built by tools/site.sh with Sphinx: its navigation, its look, and the references in it.
+
+A page that is added or renamed needs one line in NAVIGATION. Pages are Markdown, as on other sites: only the pages in
+docs/reference/ use what Sphinx has beyond it.
+"""
+
+import os
+import pathlib
+import re
+import sys
+
+from docutils import nodes
+from sphinx import addnodes
+from sphinx.transforms.post_transforms import SphinxPostTransform
+
+# The repository, or the copy of it that tools/site.sh builds from.
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT / "python"), str(ROOT / "docs")]
+from reference.docstrings import as_fields
+
+# By goal. An entry is a path from the root without its ending, or "Title <path>" if the heading of the page is too long.
+NAVIGATION = {
+    "To begin": ["Install <docs/install>", "Tour <docs/tour>", "docs/howto", "docs/faq", "docs/comparison"],
+    "Every detail": ["docs/manual", "Options <docs/options>", "docs/glossary", "Version 1.0 <docs/release-notes-1.0>"],
+    "To view, to simulate, to keep": [
+        "Viewer <docs/viewer>",
+        "Other viewers <docs/viewers>",
+        "ParaView <docs/paraview>",
+        "docs/solvers",
+        "docs/archives",
+        "Clusters <docs/clusters>",
+        "Servers <docs/servers>",
+        "Browsers <docs/web>",
+    ],
+    "To program": [
+        "Python <docs/python>",
+        "C and C++ <docs/library>",
+        "HDF5 <docs/hdf5>",
+        "Python reference <docs/reference/python>",
+        "C reference <docs/reference/c>",
+        "C++ reference <docs/reference/cpp>",
+        "JavaScript reference <docs/reference/javascript>",
+        "Adding a format <docs/readers>",
+    ],
+    "For developers": [
+        "Contributing <CONTRIBUTING>",
+        "Design <docs/dev/design>",
+        "Decisions <docs/dev/decisions/README>",
+        "File format <docs/dev/format>",
+        "Benchmarks <docs/dev/benchmarks>",
+        "docs/dev/scale",
+        "docs/dev/reliability",
+        "Packages <docs/dev/packages>",
+    ],
+    "About": ["All documents <docs/README>", "Changes <CHANGELOG>", "Security <SECURITY>"],
+}
+# Pages below a page of the navigation: all in the same folder.
+FOLDERS = {"docs/dev/decisions/README": "[0-9]*", "docs/dev/benchmarks": "benchmarks/*"}
+
+project = "tagrid"
+copyright = "the authors of tagrid"
+root_doc = "README"
+html_title = "tagrid"
+html_theme = "furo"
+html_theme_options = {"sidebar_hide_name": False}
+html_static_path = ["site"]
+html_css_files = ["site.css"]
+html_copy_source = html_show_sourcelink = html_show_sphinx = False
+# Excerpts are fetched, which browsers do not do without a server.
+html_show_search_summary = False
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "breathe"]
+# tools/site.sh puts nothing else there.
+exclude_patterns = sorted(name for name in os.listdir(ROOT) if name != "docs" and not name.endswith(".md"))
+# Anchors of headings, as other sites make them from their text.
+myst_heading_anchors = 6
+suppress_warnings = ["myst.header"]
+highlight_language = "none"
+default_role = "code"
+
+# The extension of the package need not be built.
+autodoc_mock_imports = ["tagrid._tagrid"]
+autodoc_member_order = "bysource"
+# Signatures have names and defaults; docstrings say what may be passed.
+autodoc_typehints = "none"
+autodoc_preserve_defaults = True
+add_module_names = False
+python_use_unqualified_type_names = True
+
+# What doxygen read in the headers.
+breathe_projects = {name: os.environ.get(f"TAGRID_{name.upper()}_XML", "") for name in ("c", "cpp")}
+breathe_default_project = "c"
+breathe_default_members = ("members",)
+breathe_show_include = False
+breathe_domain_by_extension = {"h": "c", "hpp": "cpp"}
+c_id_attributes = ["TAGRID_API"]
+
+
+def toctree(caption, entries, options=()):
+    lines = ["```{toctree}", ":hidden:", *([f":caption: {caption}"] if caption else []), *options, "", *entries, "```"]
+    return "\n\n" + "\n".join(lines) + "\n"
+
+
+def add_navigation(app, name, source):
+    """Appends the navigation to the first page, and the pages of a folder to the page that lists them."""
+    if name == root_doc:
+        source[0] += "".join(toctree(caption, [re.sub(r"(.*<)?(docs|[A-Z])", r"\1/\2", entry, 1) for entry in entries])
+                             for caption, entries in NAVIGATION.items())
+    elif name in FOLDERS:
+        source[0] += toctree("", [FOLDERS[name]], [":glob:"])
+
+
+class LinkCodeToReference(SphinxPostTransform):
+    """Makes links of calls and types between backticks, such as `tagrid_reader_open()` and `Volume.mesh()`."""
+
+    default_priority = 5
+    NAME = re.compile(r"(?:tagrid\.)?(tagrid_\w+|(?:\w+\.)*\w+)(?:\(\))?")
+
+    def run(self, **_):
+        if self.env.docname.startswith("docs/dev/decisions/") or self.env.docname == "CHANGELOG":
+            return
+        known = self.env.get_domain("c").get_objects(), self.env.get_domain("py").get_objects()
+        where = {name: (page, anchor) for objects in known for name, _, _, page, anchor, _ in objects}
+        for literal in list(self.document.findall(nodes.literal)):
+            found = self.NAME.fullmatch(literal.astext())
+            inside = isinstance(literal.parent, (nodes.reference, addnodes.pending_xref, nodes.title))
+            target = found and not inside and (where.get(found[1]) if found[1].startswith("tagrid_") else self.in_python(found[0], where))
+            if target and target[0] != self.env.docname:
+                uri = self.app.builder.get_relative_uri(self.env.docname, target[0]) + "#" + target[1]
+                literal.replace_self(nodes.reference("", "", literal.deepcopy(), refuri=uri, internal=True))
+
+    @staticmethod
+    def in_python(text, where):
+        name = text.removesuffix("()").removeprefix("tagrid.")
+        # A word alone may be anything.
+        return where.get(f"tagrid.{name}") if text != name or "." in name else None
+
+
+def setup(app):
+    app.connect("source-read", add_navigation)
+    app.connect("autodoc-process-docstring", as_fields)
+    app.add_post_transform(LinkCodeToReference)
