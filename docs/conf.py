@@ -22,7 +22,7 @@ from reference.docstrings import as_fields
 NAVIGATION = {
     "To begin": ["Install <docs/install>", "Tour <docs/tour>", "docs/howto", "docs/faq", "docs/comparison"],
     "Every detail": ["docs/manual", "Options <docs/options>", "docs/glossary", "Version 1.0 <docs/release-notes-1.0>"],
-    "To view, to simulate, to keep": [
+    "To view, solve and keep": [
         "Viewer <docs/viewer>",
         "Other viewers <docs/viewers>",
         "ParaView <docs/paraview>",
@@ -48,7 +48,7 @@ NAVIGATION = {
         "Decisions <docs/dev/decisions/README>",
         "File format <docs/dev/format>",
         "Benchmarks <docs/dev/benchmarks>",
-        "docs/dev/scale",
+        "Scale <docs/dev/scale>",
         "docs/dev/reliability",
         "Packages <docs/dev/packages>",
     ],

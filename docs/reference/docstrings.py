@@ -23,11 +23,14 @@ def as_fields(app, what, name, thing, options, lines):
     known = names_of(thing)
     made = []
     for paragraph in re.split(r"\n(?:[ \t]*\n)+", "\n".join(lines).strip("\n")):
-        if paragraph.startswith((" ", ">>>")):
+        if paragraph.startswith(">>>"):
             made.append(paragraph)
             continue
-        # A paragraph that ends with a colon precedes code.
-        paragraph = re.sub(r"(?<!:):$", "::", paragraph)
+        if paragraph.startswith(" "):
+            made += ["::", paragraph]
+            continue
+        # Stars are those of Python.
+        paragraph = re.sub(r"\*(?=\S)", r"\\*", paragraph)
         parts = re.split(r"(?:^|(?<=[.;]\s)|(?<=\n))(\w+(?:\(\w+(?:, \w+)*\))?(?:, \w+)*):\s", paragraph)
         text, fields = parts[0], []
         for names, said in zip(parts[1::2], parts[2::2]):
@@ -36,7 +39,7 @@ def as_fields(app, what, name, thing, options, lines):
             if all(ERROR.fullmatch(word) for word in words):
                 fields += [f":raises {', '.join(words)}: {said}"]
             elif known.issuperset(words):
-                fields += [f":param {', '.join(words)}: {said}"]
+                fields += [f":param {words[0]}: {said}", *(f":param {word}: see `{words[0]}`." for word in words[1:])]
             elif fields:
                 fields[-1] += f" {names}: {said}"
             else:

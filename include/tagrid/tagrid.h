@@ -62,8 +62,8 @@ extern "C" {
 
 /* The version of these declarations. */
 #define TAGRID_VERSION_MAJOR 1
-#define TAGRID_VERSION_MINOR 0 /* more of them: functions were added */
-#define TAGRID_VERSION_PATCH 0 /* only the library changed */
+#define TAGRID_VERSION_MINOR 0 /* grows when something is added */
+#define TAGRID_VERSION_PATCH 0 /* grows when nothing but the library changes */
 
 /* The version of the library that is linked, as "1.0.0" or, before it is released, "1.0.0-rc.2". */
 TAGRID_API const char* tagrid_version(void);
