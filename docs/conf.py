@@ -4,6 +4,7 @@ A page that is added or renamed needs one line in NAVIGATION. Pages are Markdown
 docs/reference/ use what Sphinx has beyond it.
 """
 
+import inspect
 import os
 import pathlib
 import re
@@ -11,6 +12,7 @@ import sys
 
 from docutils import nodes
 from sphinx import addnodes
+from sphinx.ext.autodoc.mock import mock
 from sphinx.transforms.post_transforms import SphinxPostTransform
 
 # The repository, or the copy of it that tools/site.sh builds from.
@@ -77,6 +79,8 @@ myst_heading_anchors = 6
 suppress_warnings = ["myst.header"]
 highlight_language = "none"
 default_role = "code"
+# Options begin with two hyphens.
+smartquotes = False
 
 # The extension of the package need not be built.
 autodoc_mock_imports = ["tagrid._tagrid"]
@@ -94,6 +98,17 @@ breathe_default_members = ("members",)
 breathe_show_include = False
 breathe_domain_by_extension = {"h": "c", "hpp": "cpp"}
 c_id_attributes = ["TAGRID_API"]
+
+
+def restore_modules():
+    """Classes of the package name the module that users import. Sphinx finds comments on members where the source is."""
+    with mock(autodoc_mock_imports):
+        import tagrid
+    private = [module for name, module in sys.modules.items() if name.startswith("tagrid._") and hasattr(module, "__file__")]
+    for name in tagrid.__all__:
+        for module in private:
+            if re.search(rf"^(class|def) {name}\b", inspect.getsource(module), re.M) and vars(module)[name] is getattr(tagrid, name):
+                getattr(tagrid, name).__module__ = module.__name__
 
 
 def toctree(caption, entries, options=()):
@@ -137,6 +152,7 @@ class LinkCodeToReference(SphinxPostTransform):
 
 
 def setup(app):
+    restore_modules()
     app.connect("source-read", add_navigation)
     app.connect("autodoc-process-docstring", as_fields)
     app.add_post_transform(LinkCodeToReference)

@@ -43,6 +43,6 @@ def as_fields(app, what, name, thing, options, lines):
             elif fields:
                 fields[-1] += f" {names}: {said}"
             else:
-                text += f"{names}: {said}"
+                text = f"{text.rstrip()} {names}: {said}"
         made += [part for part in (text.strip(), "\n".join(fields)) if part]
     lines[:] = "\n\n".join(made).split("\n") + [""]
