@@ -82,8 +82,8 @@ default_role = "code"
 # Options begin with two hyphens.
 smartquotes = False
 
-# The extension of the package need not be built.
-autodoc_mock_imports = ["tagrid._tagrid"]
+# The extension of the package need not be built, nor other libraries be there.
+autodoc_mock_imports = ["tagrid._tagrid", "h5py", "numcodecs", "xarray"]
 autodoc_member_order = "bysource"
 # Signatures have names and defaults; docstrings say what may be passed.
 autodoc_typehints = "none"
