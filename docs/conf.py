@@ -125,6 +125,23 @@ def add_navigation(app, name, source):
         source[0] += toctree("", [FOLDERS[name]], [":glob:"])
 
 
+class ForReaders(SphinxPostTransform):
+    """Links that show the name of a file, such as tour.md, show the title of the page. Dashes after parameters are dashes."""
+
+    default_priority = 20  # after links are resolved
+
+    def run(self, **_):
+        for link in self.document.findall(nodes.reference):
+            text = link.astext()
+            if re.fullmatch(r"[\w./-]+\.md", text) and link.get("internal"):
+                pages = [page for page in self.env.titles if f"/{page}.md".endswith("/" + text.removeprefix("../"))]
+                if len(pages) == 1:
+                    link.children = [nodes.Text(self.env.titles[pages[0]].astext())]
+        for text in list(self.document.findall(nodes.Text)):
+            if text == " -- ":
+                text.parent.replace(text, nodes.Text(" – "))
+
+
 class LinkCodeToReference(SphinxPostTransform):
     """Makes links of calls and types between backticks, such as `tagrid_reader_open()` and `Volume.mesh()`."""
 
@@ -155,4 +172,5 @@ def setup(app):
     restore_modules()
     app.connect("source-read", add_navigation)
     app.connect("autodoc-process-docstring", as_fields)
+    app.add_post_transform(ForReaders)
     app.add_post_transform(LinkCodeToReference)
