@@ -20,7 +20,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "python"), str(ROOT / "docs")]
 from reference.docstrings import as_fields
 
-# By goal. An entry is a path from the root without its ending, or "Title <path>" if the heading of the page is too long.
+# By goal. An entry is a path from the root without its ending, or "Title <path>" if the heading is too long.
 NAVIGATION = {
     "To begin": ["Install <docs/install>", "Tour <docs/tour>", "docs/howto", "docs/faq", "docs/comparison"],
     "Every detail": ["docs/manual", "Options <docs/options>", "docs/glossary", "Version 1.0 <docs/release-notes-1.0>"],
@@ -101,14 +101,15 @@ c_id_attributes = ["TAGRID_API"]
 
 
 def restore_modules():
-    """Classes of the package name the module that users import. Sphinx finds comments on members where the source is."""
+    """Classes of the package name the module that users import. Sphinx finds comments on members in the source."""
     with mock(autodoc_mock_imports):
         import tagrid
-    private = [module for name, module in sys.modules.items() if name.startswith("tagrid._") and hasattr(module, "__file__")]
+    modules = [module for name, module in sys.modules.items() if name.startswith("tagrid._") and hasattr(module, "__file__")]
     for name in tagrid.__all__:
-        for module in private:
-            if re.search(rf"^(class|def) {name}\b", inspect.getsource(module), re.M) and vars(module)[name] is getattr(tagrid, name):
-                getattr(tagrid, name).__module__ = module.__name__
+        thing = getattr(tagrid, name)
+        for module in modules:
+            if vars(module).get(name) is thing and re.search(rf"^(class|def) {name}\b", inspect.getsource(module), re.M):
+                thing.__module__ = module.__name__
 
 
 def toctree(caption, entries, options=()):
@@ -126,7 +127,7 @@ def add_navigation(app, name, source):
 
 
 class ForReaders(SphinxPostTransform):
-    """Links that show the name of a file, such as tour.md, show the title of the page. Dashes after parameters are dashes."""
+    """Links show the title of a page in place of the name of its file, and parameters are followed by dashes."""
 
     default_priority = 20  # after links are resolved
 
@@ -156,14 +157,17 @@ class LinkCodeToReference(SphinxPostTransform):
         for literal in list(self.document.findall(nodes.literal)):
             found = self.NAME.fullmatch(literal.astext())
             inside = isinstance(literal.parent, (nodes.reference, addnodes.pending_xref, nodes.title))
-            target = found and not inside and (where.get(found[1]) if found[1].startswith("tagrid_") else self.in_python(found[0], where))
+            target = self.target(found, where) if found and not inside else None
             if target and target[0] != self.env.docname:
                 uri = self.app.builder.get_relative_uri(self.env.docname, target[0]) + "#" + target[1]
                 literal.replace_self(nodes.reference("", "", literal.deepcopy(), refuri=uri, internal=True))
 
     @staticmethod
-    def in_python(text, where):
-        name = text.removesuffix("()").removeprefix("tagrid.")
+    def target(found, where):
+        """The page and the anchor of a name, or None."""
+        text, name = found[0], found[1]
+        if name.startswith("tagrid_"):
+            return where.get(name)
         # A word alone may be anything.
         return where.get(f"tagrid.{name}") if text != name or "." in name else None
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs a named set of Debian packages if they are missing: for building, testing, also on a cluster, fuzzing, comparing
-# with other codecs, and making packages, the page of the viewer, the site and the pictures of the documents and the report of the paper.
+# with other codecs, and making packages, the page of the viewer, the pictures of the documents, their site and the report of
+# the paper.
 #   tools/install_packages.sh build|mpi|python|page|packages|static|windows|arm64|reader|wheel|test|web|slurm|fuzz|bench|pictures|paper|site
 # The sets are chosen by their names.
 # shellcheck disable=SC2034

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Builds the site of the documents, with references of Python, C, C++ and JavaScript, into a folder that is new or empty:
+# Builds the site of the documents, with references of Python, C, C++ and JavaScript, in a folder that is new or empty:
 #   tools/site.sh FOLDER
 # Open FOLDER/index.html: no server is needed. A broken link or anchor is an error.
-# tools/install_packages.sh site installs what it needs, except npm's typedoc and typedoc-plugin-markdown, which it takes from
-# $TAGRID_NODE_MODULES. Without these, it says so, and the reference of JavaScript is the file of declarations itself.
+# tools/install_packages.sh site installs what it needs, except npm's typedoc and typedoc-plugin-markdown, which it takes
+# from $TAGRID_NODE_MODULES. Without these, it says so, and the reference of JavaScript is the file of declarations.
 set -euo pipefail
 [ $# -eq 1 ] || { echo "usage: $0 FOLDER" >&2; exit 64; }
 project=$(realpath "$(dirname "$0")/..")
@@ -38,13 +38,14 @@ if [ -x "$modules/.bin/typedoc" ] && [ -d "$modules/typedoc-plugin-markdown" ]; 
   mkdir "$work/javascript"
   ln -s "$(realpath "$modules")" "$work/javascript/node_modules"
   cp "$project/docs/reference/typedoc.json" "$project/web/decoder/src/index.d.ts" "$work/javascript"
-  echo '{"compilerOptions": {"lib": ["ES2022", "DOM"], "target": "ES2022"}, "files": ["index.d.ts"]}' >"$work/javascript/tsconfig.json"
-  (cd "$work/javascript" && node_modules/.bin/typedoc)
+  cd "$work/javascript"
+  echo '{"compilerOptions": {"lib": ["ES2022", "DOM"], "target": "ES2022"}, "files": ["index.d.ts"]}' >tsconfig.json
+  node_modules/.bin/typedoc
   # The constructors of JavaScript's own Error are left out.
-  sed '/^#### Constructors/,/^#### Properties/{/^#### Properties/!d}' "$work/javascript/out/README.md" >"$source/docs/reference/javascript.md"
+  sed '/^#### Constructors/,/^#### Properties/{/^#### Properties/!d}' out/README.md >"$source/docs/reference/javascript.md"
   rm "$source/docs/reference/javascript.rst"
 else
-  echo "$0: without npm's typedoc and typedoc-plugin-markdown in TAGRID_NODE_MODULES, the JavaScript reference is the declarations" >&2
+  echo "$0: there is no typedoc in TAGRID_NODE_MODULES, so the reference of JavaScript is its file of declarations" >&2
 fi
 
 "$python" -B -m sphinx -W --keep-going -q -j auto -b html -c "$source/docs" -d "$work/doctrees" "$source" "$folder"

@@ -1,6 +1,6 @@
 """Writes the pages of the references of C and C++ from the headers: headers.py INCLUDE FOLDER
 
-A page has the comment at the beginning of a header, and then what the header declares, in its order and in its sections. The
+A page has the comment at the beginning of a header, and then what the header declares, in its order and its sections. The
 words about each declaration are those that doxygen found.
 """
 
@@ -9,18 +9,24 @@ import re
 
 # What a header declares, and the directive that shows it. Structs and classes need their members.
 DECLARATIONS = {
-    "c": [(r"^#define (TAGRID_[A-Z_]+) \d", "define"), (r"^typedef enum (\w+)", "enum"), (r"^typedef struct (\w+) \{", "struct"),
-          (r"^typedef (?:struct \w+ |\w+ \(\*)(\w+)(?:;|\))", "typedef"), (r"^TAGRID_API [^;(]*\b(\w+)(?<!_init_sized)\(", "function"),
+    "c": [(r"^#define (TAGRID_[A-Z_]+) \d", "define"),
+          (r"^typedef enum (\w+)", "enum"),
+          (r"^typedef struct (\w+) \{", "struct"),
+          (r"^typedef (?:struct \w+ |\w+ \(\*)(\w+)(?:;|\))", "typedef"),
+          (r"^TAGRID_API [^;(]*\b(\w+)(?<!_init_sized)\(", "function"),
           (r"^static inline void (\w+)\(", "function")],
-    "cpp": [(r"^class (\w+)", "class"), (r"^struct (\w+)", "struct"), (r"^using (\w+)", "typedef"), (r"^constexpr \w+ (\w+)\(", "function")],
+    "cpp": [(r"^class (\w+)", "class"),
+            (r"^struct (\w+)", "struct"),
+            (r"^using (\w+)", "typedef"),
+            (r"^constexpr \w+ (\w+)\(", "function")],
 }
 SECTION = re.compile(r"^/\* -{10,} (.*) \*/$", re.M)
 
 
 def declarations(text, language):
     """Directives and names, in the order of the header."""
-    patterns = DECLARATIONS[language]
-    found = [(match.start(), directive, match[1]) for pattern, directive in patterns for match in re.finditer(pattern, text, re.M)]
+    found = [(match.start(), directive, match[1]) for pattern, directive in DECLARATIONS[language]
+             for match in re.finditer(pattern, text, re.M)]
     return [(directive, name) for _, directive, name in sorted(found)]
 
 
@@ -40,7 +46,7 @@ def sections(path, language):
 
 
 def preamble(path):
-    """The comment at the beginning, as reStructuredText: lines that are indented are code, or a table of conventions."""
+    """The comment at the beginning, as reStructuredText: indented lines are code, or conventions."""
     text = path.read_text()
     if text.startswith("/*"):
         text = re.sub(r"^ \* ?", "", text[3:text.index("*/")].rstrip(), flags=re.M)
@@ -52,9 +58,9 @@ def preamble(path):
             part = f".. code-block:: {'cpp' if path.suffix == '.hpp' else 'c'}\n\n{part}"
         elif part.startswith("Conventions\n"):
             # A name is in front of its lines.
-            lines = part.splitlines()[1:]
-            part = "\n".join(f"{line[2:14].strip()}\n   {line[14:]}" if line[2] != " " else f"   {line[14:]}" for line in lines)
-            part = part.replace("tagrid_..._init()", "``tagrid_..._init()``").replace("tagrid_..._init_sized()", "``tagrid_..._init_sized()``")
+            names = ((line[2:14].strip(), line[14:]) for line in part.splitlines()[1:])
+            part = "\n".join(f"{name}\n   {text}" if name else f"   {text}" for name, text in names)
+            part = re.sub(r"tagrid_\.\.\._\w+\(\)", r"``\g<0>``", part)
         made.append(part)
     return "\n\n".join(made) + "\n"
 

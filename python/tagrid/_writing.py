@@ -224,9 +224,9 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
     array_or_path: samples (z, y, x) of uint8, int8, uint16, int16, uint32, int32, float32 or float64, with
         any strides and byte order. Or any object with shape, dtype and slices, which is loaded slab by slab
         (h5py, zarr, dask). Or a lossless Volume, or the path of one; its position and metadata are kept. (A
-        volume with a bound is an ArgumentError, because the errors of two encodings add up.) Or an xarray DataArray, whose coordinates along z, y and x give its position. Its attributes are kept,
-        and a warning names those that are not. For DICOM, TIFF and other scans, use the program `tagrid
-        encode`.
+        volume with a bound is an ArgumentError, because the errors of two encodings add up.) Or an xarray
+        DataArray, whose coordinates along z, y and x give its position. Its attributes are kept, and a warning
+        names those that are not. For DICOM, TIFF and other scans, use the program `tagrid encode`.
     out: a path, or an object with write(). The file appears at the path once it is complete and on disk, and
         replaces an existing one. write() may accept only some of the bytes and return their number, or all of
         them and return None.

@@ -1,7 +1,8 @@
 """A codec for the chunks of Zarr 2 arrays: zarr.array(samples, compressor=tagrid.numcodecs.Tagrid(max_error=5)); with the
 library zarr 3 also zarr_format=2.
 
-Zarr finds the codec by its name, "tagrid", once the package is installed. Before that, import this module to read arrays.
+Zarr finds the codec by its name, "tagrid", once the package is installed. Before that, import this module to read
+arrays.
 """
 
 from __future__ import annotations

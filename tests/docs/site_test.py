@@ -1,4 +1,4 @@
-"""tools/site.sh builds the site of the documents. No link in it is broken, and its references have everything public."""
+"""tools/site.sh builds the site of the documents. No link in it is broken; its references have all that is public."""
 
 import importlib.util
 import os
@@ -14,7 +14,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tools" / "documents"))
 from check_links import faults
 
-MISSING = [name for name in ("sphinx", "myst_parser", "furo", "breathe", "numpy") if importlib.util.find_spec(name) is None]
+MODULES = ("sphinx", "myst_parser", "furo", "breathe", "numpy")
+MISSING = [name for name in MODULES if importlib.util.find_spec(name) is None]
 MISSING += [] if shutil.which("doxygen") else ["doxygen"]
 
 
@@ -25,9 +26,10 @@ class Site(unittest.TestCase):
         cls.addClassCleanup(cls.folder.cleanup)
         cls.site = pathlib.Path(cls.folder.name) / "site"
         cls.before = set(ROOT.rglob("docs/**/*"))
-        done = subprocess.run([ROOT / "tools" / "site.sh", cls.site], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        assert done.returncode == 0, done.stdout
-        cls.said = done.stdout
+        done = subprocess.run([ROOT / "tools" / "site.sh", cls.site], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              text=True)
+        if done.returncode != 0:
+            raise AssertionError(done.stdout)
 
     def ids(self, page):
         return set(re.findall(r'\bid="([^"]+)"', (self.site / "docs" / "reference" / page).read_text()))
@@ -69,13 +71,15 @@ class Site(unittest.TestCase):
         names = set(re.findall(r'"(\w+)"', re.search(r"__all__ = \[(.*?)\]", text, re.S)[1]))
         self.assertEqual({f"tagrid.{name}" for name in names} - shown, set())
         for module in ("_volume", "_reading"):
-            of_class = (ROOT / f"python/tagrid/{module}.py").read_text().partition("\nclass Volume")[2].partition("\nclass ")[0]
+            source = (ROOT / f"python/tagrid/{module}.py").read_text()
+            of_class = source.partition("\nclass Volume")[2].partition("\nclass ")[0]
             members = re.findall(r"^    def ([a-z]\w*)\(", of_class, re.M)
             self.assertEqual({f"tagrid.Volume.{name}" for name in members} - shown, set())
 
     def test_everything_of_the_javascript_package_is_in_its_reference(self):
         page = (self.site / "docs/reference/javascript.html").read_text()
-        names = re.findall(r"^export (?:interface|class|function|type|const) (\w+)", (ROOT / "web/decoder/src/index.d.ts").read_text(), re.M)
+        declarations = (ROOT / "web/decoder/src/index.d.ts").read_text()
+        names = re.findall(r"^export (?:interface|class|function|type|const) (\w+)", declarations, re.M)
         self.assertGreater(len(names), 10)
         self.assertEqual([name for name in names if name not in page], [])
 

@@ -130,7 +130,8 @@ class InstalledLibrary(unittest.TestCase):
 
     def test_the_programs_of_the_document_run(self):
         text = (ROOT / "docs/library.md").read_text()
-        flags = shlex.split(run("pkg-config", "--cflags", "--libs", "tagrid", PKG_CONFIG_PATH=str(self.library / "pkgconfig")))
+        where = {"PKG_CONFIG_PATH": str(self.library / "pkgconfig")}
+        flags = shlex.split(run("pkg-config", "--cflags", "--libs", "tagrid", **where))
         programs = re.findall(r"^```(c|cpp)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
         self.assertEqual([language for language, _ in programs], ["cpp", "c", "cpp"])
         file, said = self.folder / "of the document.tag", []

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Checks that all links in a folder of HTML pages lead somewhere: check_links.py FOLDER
 
-Every href and src without a scheme must be a file in the folder, and every #anchor an id of its page. Nothing may be loaded
-from elsewhere, and links to pages must name files, because pages are also opened without a server.
+Every href and src without a scheme must be a file in the folder, and every #anchor an id of its page. Nothing may be
+loaded from elsewhere, and links to pages must name files, because pages are also opened without a server.
 """
 
 import functools
