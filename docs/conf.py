@@ -144,7 +144,8 @@ class ForReaders(SphinxPostTransform):
 
 
 class LinkCodeToReference(SphinxPostTransform):
-    """Makes links of calls and types between backticks, such as `tagrid_reader_open()` and `Volume.mesh()`."""
+    """Makes links of calls and types between backticks: `tagrid_reader_open()`, `tagrid.open()`, and in the guide for Python
+    also `Volume.mesh()`."""
 
     default_priority = 5
     NAME = re.compile(r"(?:tagrid\.)?(tagrid_\w+|(?:\w+\.)*\w+)(?:\(\))?")
@@ -162,14 +163,14 @@ class LinkCodeToReference(SphinxPostTransform):
                 uri = self.app.builder.get_relative_uri(self.env.docname, target[0]) + "#" + target[1]
                 literal.replace_self(nodes.reference("", "", literal.deepcopy(), refuri=uri, internal=True))
 
-    @staticmethod
-    def target(found, where):
+    def target(self, found, where):
         """The page and the anchor of a name, or None."""
         text, name = found[0], found[1]
         if name.startswith("tagrid_"):
             return where.get(name)
-        # A word alone may be anything.
-        return where.get(f"tagrid.{name}") if text != name or "." in name else None
+        # A word alone may be anything, also in this guide.
+        python = text.startswith("tagrid.") or self.env.docname == "docs/python" and text != name
+        return where.get(f"tagrid.{name}") if python else None
 
 
 def setup(app):
