@@ -216,7 +216,7 @@ typedef struct tagrid_info {
   double achieved_mesh_error; /* of the field of the mesh, from the original samples */
   double low, high, mean;     /* of the finite samples of the original */
 
-  /* Sizes, in bytes. */
+  /* Bytes of the file, or of this part of it. */
   uint64_t file_bytes, header_bytes, activity_bytes, value_bytes, index_bytes;
 
   int64_t bricks[3];      /* along x, y and z */
@@ -358,7 +358,7 @@ typedef struct tagrid_material {
 typedef struct tagrid_material_mesh_options {
   size_t struct_size;
   const tagrid_material* materials; /* those to be meshed; values between two of them are of no material */
-  size_t material_count;            /* of `materials` */
+  size_t material_count;            /* the number of `materials` */
   int labels; /* 1: samples are labels; without materials, all labels but 0 are meshed */
   double
       smoothing; /* of interfaces of labels: the distance of the knots of B-splines, 0 to 4 samples; default 1 */
