@@ -23,16 +23,12 @@ from reference.docstrings import as_fields
 # By goal. An entry is a path from the root without its ending, or "Title <path>" if the heading is too long.
 NAVIGATION = {
     "To begin": ["Install <docs/install>", "Tour <docs/tour>", "docs/howto", "docs/faq", "docs/comparison"],
-    "Every detail": ["docs/manual", "Options <docs/options>", "docs/glossary", "Version 1.0 <docs/release-notes-1.0>"],
+    "Every detail": ["docs/manual", "Options <docs/options>", "docs/glossary"],
     "To view, solve and keep": [
-        "Viewer <docs/viewer>",
-        "Other viewers <docs/viewers>",
-        "ParaView <docs/paraview>",
-        "docs/solvers",
-        "docs/archives",
-        "Clusters <docs/clusters>",
-        "Servers <docs/servers>",
-        "Browsers <docs/web>",
+        "Viewing <docs/viewing>",
+        "Meshes for solvers <docs/solvers>",
+        "Archives and clusters <docs/archives>",
+        "Servers and browsers <docs/web>",
     ],
     "To program": [
         "Python <docs/python>",
@@ -42,7 +38,6 @@ NAVIGATION = {
         "C reference <docs/reference/c>",
         "C++ reference <docs/reference/cpp>",
         "JavaScript reference <docs/reference/javascript>",
-        "Adding a format <docs/readers>",
     ],
     "For developers": [
         "Contributing <CONTRIBUTING>",
@@ -53,6 +48,9 @@ NAVIGATION = {
         "Scale <docs/dev/scale>",
         "docs/dev/reliability",
         "Packages <docs/dev/packages>",
+        "Adding a format <docs/dev/readers>",
+        "Programs for browsers <docs/dev/web>",
+        "Terms <docs/dev/terms>",
     ],
     "About": ["All documents <docs/README>", "Changes <CHANGELOG>", "Security <SECURITY>"],
 }

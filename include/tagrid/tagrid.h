@@ -190,6 +190,8 @@ TAGRID_API void tagrid_reader_close(tagrid_reader* reader);
  * using another reader. Valid until the next call of this thread on any reader. */
 TAGRID_API const char* tagrid_reader_message(const tagrid_reader* reader);
 
+#define TAGRID_MOST_THRESHOLDS 8 /* the most that a file can have */
+
 /* The description of a file. All of it is known once the file is open. */
 typedef struct tagrid_info {
   size_t struct_size;
@@ -225,6 +227,12 @@ typedef struct tagrid_info {
   int lead; /* 1: every brick but the last ones holds brick_edge samples along each axis, so that such
                            * a chunk is a brick; 0: the first ones hold one more */
   int unknown_parts; /* parts of a newer version in the file, which are not needed for the samples */
+
+  /* Every sample is on the side of the original of each threshold: at least it, or below it. */
+  int threshold_count;
+  double thresholds[TAGRID_MOST_THRESHOLDS];         /* the least sample of the upper side, increasing */
+  uint64_t samples_at_least[TAGRID_MOST_THRESHOLDS]; /* how many samples are on the upper side */
+  uint64_t samples_moved[TAGRID_MOST_THRESHOLDS];    /* how many the loss had put on the other side */
 } tagrid_info;
 
 TAGRID_API void tagrid_info_init_sized(tagrid_info* info, size_t size);
@@ -520,6 +528,11 @@ typedef struct tagrid_encode_options {
                              * axis has at most 256 samples, and none if the longest axis of the volume has at
                              * most 512, or with grid_only */
   const char* spool;        /* the directory for temporary files, which only overviews need; NULL: "/tmp" */
+
+  /* No sample changes its side of these values, whatever the bound allows: decoded, it is at least a threshold if the
+   * original is, and otherwise below it. At most TAGRID_MOST_THRESHOLDS, increasing. */
+  const double* thresholds; /* NULL: none */
+  size_t threshold_count;   /* the number of `thresholds` */
 } tagrid_encode_options;
 
 TAGRID_API void tagrid_encode_options_init_sized(tagrid_encode_options* options, size_t size);

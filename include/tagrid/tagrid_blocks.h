@@ -15,7 +15,7 @@
  *         tagrid_blocks_give(blocks, ranges[i].offset, fetched(ranges[i]), ranges[i].bytes);
  *     }
  *
- * This half of the library needs no threads, no files and no oneTBB; see docs/web.md. The conventions are
+ * This half of the library needs no threads, no files and no oneTBB; see docs/dev/web.md. The conventions are
  * those of tagrid.h, except that a handle is used by one thread at a time.
  */
 #ifndef TAGRID_TAGRID_BLOCKS_H

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <string_view>
 
@@ -120,6 +121,14 @@ Status check_parameters(const CodingParameters& p) {
   if (!(p.transform_step >= 0) ||
       (p.transform_step > 0 && p.transform_step != kept_step(p.transform_step, p.type)))
     return Status::broken("the step of the transform is out of range");
+  if (p.mode == FileMode::grid && p.thresholds.count > 0)
+    return Status::broken("a file without voxels has thresholds");
+  double before = -std::numeric_limits<double>::infinity();
+  for (const double threshold : p.thresholds.numbers()) {
+    if (threshold_of(threshold, p.type) != threshold || !(threshold > before))
+      return Status::broken("the thresholds are not increasing samples above the lowest one");
+    before = threshold;
+  }
   if (p.range_low > p.range_high)
     return Status::broken("the low end of the value range is above its high end");
   return {};
@@ -129,7 +138,7 @@ bool are_same(const CodingParameters& a, const CodingParameters& b) {
   FieldWriter of_a, of_b;
   parameter_fields(of_a, a);
   parameter_fields(of_b, b);
-  return of_a.bytes() == of_b.bytes() && a.transform_step == b.transform_step;
+  return of_a.bytes() == of_b.bytes() && a.transform_step == b.transform_step && a.thresholds == b.thresholds;
 }
 
 Status check_volumes(const CodingParameters& p, std::int64_t volumes) {
@@ -168,6 +177,7 @@ std::vector<std::byte> serialize_header(const TagHeader& header) {
   if (p.transform_step > 0)
     fields.put(is_float_type(p.type) ? std::bit_cast<std::uint32_t>(static_cast<float>(p.transform_step))
                                      : static_cast<std::uint32_t>(p.transform_step / least_transform_step));
+  for (const double threshold : p.thresholds.numbers()) fields.put(threshold);
 
   FieldWriter whole;
   whole.put_bytes(std::as_bytes(std::span(magic)));
@@ -218,7 +228,8 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
   const auto text_size = reader.get<std::uint32_t>();
   const auto packed_size = reader.get<std::uint32_t>();
   const auto packed = reader.get_bytes(packed_size);
-  const bool transformed = reader.left() > 0;
+  // A step has 4 bytes, a threshold 8.
+  const bool transformed = reader.left() % 8 == 4;
   CodingParameters& p = header.parameters;
   p.transform_step = 0;
   if (transformed) {
@@ -226,6 +237,9 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
     p.transform_step =
         is_float_type(p.type) ? double{std::bit_cast<float>(step)} : step * least_transform_step;
   }
+  p.thresholds = {};
+  while (reader.left() >= 8 && p.thresholds.count < most_thresholds)
+    p.thresholds.append(reader.get<double>());
   if (!reader.complete() || text_size > max_fields_size)
     return Status::broken("the header's fields do not fit its size");
   if (transformed && !(p.transform_step > 0))

@@ -76,6 +76,7 @@ struct IndexForm {
   bool floats = false;  ///< the volume has floats, whose sum of squared errors is a float
   bool mesh = false;    ///< the mesh of the file has a bound, so its error is recorded
   int volumes = 1;      ///< all but the first one are members
+  std::size_t thresholds = 0;
 };
 IndexForm index_form(const CodingParameters& parameters);
 

@@ -11,7 +11,7 @@ from typing import Any, Callable, Optional, Protocol, Sequence, Union, overload
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import EFFORTS, GRIDS, encoder_settings, error_rule, factors, one_of, work
+from ._arguments import EFFORTS, GRIDS, encoder_settings, error_rule, factors, one_of, thresholds, work
 from ._arrays import AnySamples, as_volume, checked_dtype, checked_shape, slabs_of
 from ._errors import ArgumentError, DamagedError, InputError
 from ._files import NewFile
@@ -62,7 +62,8 @@ class Writer:
                  memory_limit: int = 0, progress: Progress = None, relative_error: Optional[float] = None,
                  psnr: Optional[float] = None, ratio: Optional[float] = None,
                  bits: Optional[float] = None, samples: Optional[Callable[[int, int], Any]] = None,
-                 overviews: Union[str, Sequence[int]] = "auto"):
+                 overviews: Union[str, Sequence[int]] = "auto",
+                 threshold: Union[float, Sequence[float], None] = None):
         self._shape = checked_shape(shape)
         self._dtype = checked_dtype(dtype)
         one_of("effort", effort, EFFORTS)
@@ -87,6 +88,8 @@ class Writer:
         chosen = factors(overviews)
         if chosen is not None:
             options["overviews"] = chosen
+        if threshold is not None:
+            options["thresholds"] = thresholds(threshold)
         options["spool"] = os.fsencode(_spool_of(out))
         settings = work(threads, memory_limit)
         self._file = NewFile(out) if isinstance(out, (str, bytes, os.PathLike)) else None
@@ -193,7 +196,8 @@ def encode(array_or_path: Any, out: None = None, max_error: Union[float, str, No
            lead: Optional[int] = None, accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
            relative_error: Optional[float] = None, psnr: Optional[float] = None, ratio: Optional[float] = None,
            bits: Optional[float] = None,
-           overviews: Union[str, Sequence[int]] = "auto") -> bytes: ...
+           overviews: Union[str, Sequence[int]] = "auto",
+           threshold: Union[float, Sequence[float], None] = None) -> bytes: ...
 
 
 @overload
@@ -206,7 +210,8 @@ def encode(array_or_path: Any, out: Output, max_error: Union[float, str, None] =
            lead: Optional[int] = None, accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
            relative_error: Optional[float] = None, psnr: Optional[float] = None, ratio: Optional[float] = None,
            bits: Optional[float] = None,
-           overviews: Union[str, Sequence[int]] = "auto") -> None: ...
+           overviews: Union[str, Sequence[int]] = "auto",
+           threshold: Union[float, Sequence[float], None] = None) -> None: ...
 
 
 def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, None] = 0,
@@ -218,7 +223,8 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
            lead: Optional[int] = None, accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
            relative_error: Optional[float] = None, psnr: Optional[float] = None, ratio: Optional[float] = None,
            bits: Optional[float] = None,
-           overviews: Union[str, Sequence[int]] = "auto") -> Optional[bytes]:
+           overviews: Union[str, Sequence[int]] = "auto",
+           threshold: Union[float, Sequence[float], None] = None) -> Optional[bytes]:
     """Encodes a volume as a .tag file. If `out` is None, returns its bytes.
 
     array_or_path: samples (z, y, x) of uint8, int8, uint16, int16, uint32, int32, float32 or float64, with
@@ -253,6 +259,9 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
     overviews: factors of the overviews that the file has, such as (4, 16); "none"; or "auto": 4, 16, 64 ...
         if the longest axis has more than 512 samples. Meanwhile, sums wait in a temporary file beside `out`, or in
         $TMPDIR or /tmp if that is no path. For labels, give "none": a mean is the number of another label.
+    threshold: a number, or up to 8. No sample changes its side of these: decoded, it is at least a threshold if the
+        original is, and otherwise below it. volume >= threshold is then the mask of the original, whatever max_error or
+        psnr allows. Volume.info["thresholds"] says how many samples are on the upper side, and how many the loss had moved.
     memory_limit: bytes for the work; 0: no limit.
     progress(done, total): called from time to time with bytes of samples; an exception cancels the encoding.
 
@@ -282,7 +291,8 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
                     mesh_error=mesh_error, grid=grid, grid_only=grid_only, value_range=value_range,
                     field_scale=field_scale, max_level=max_level, cube=cube, brick=brick, lead=lead,
                     accuracy=accuracy, memory_limit=memory_limit, progress=progress, relative_error=relative_error,
-                    psnr=psnr, ratio=ratio, bits=bits, samples=AnySamples(volume).read, overviews=overviews) as writer:
+                    psnr=psnr, ratio=ratio, bits=bits, samples=AnySamples(volume).read, overviews=overviews,
+                    threshold=threshold) as writer:
             for slab in slabs_of(volume):
                 writer.write(slab)
     finally:

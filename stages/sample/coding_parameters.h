@@ -10,6 +10,7 @@
 
 #include "stages/grid/brick_grid.h"
 #include "stages/sample/sample_type.h"
+#include "stages/sample/thresholds.h"
 
 namespace tagrid {
 
@@ -92,6 +93,8 @@ struct CodingParameters {
   /// The step of quantization of a wavelet, for low rates; 0: there is none. Only for voxels with one bound. See
   /// kept_step() and stages/values/transform.
   double transform_step = 0;
+  /// Samples of the type, increasing, above its lowest one. In voxels mode: decoded samples are on their sides of these.
+  Thresholds thresholds;
 
   /// True if the interpolation has a bound, so that the mesh criterion marks points.
   bool bounds_interpolation() const { return mesh_error >= 0 || (mode == FileMode::grid && max_error >= 0); }

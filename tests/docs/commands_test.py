@@ -138,7 +138,8 @@ class Commands(unittest.TestCase):
     def test_every_command_is_accepted(self):
         volumes = self.volumes()
         count = 0
-        documents = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "docs" / "tagrid.1.in"]
+        documents = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "docs" / "dev" / "readers.md",
+                     ROOT / "docs" / "tagrid.1.in"]
         for document in documents:
             for command in commands(document.read_text()):
                 if command in self.examples:
@@ -242,7 +243,7 @@ class Commands(unittest.TestCase):
 
     def test_the_reader_in_the_document_is_the_one_of_the_examples(self):
         program = (ROOT / "examples/readers/tagrid-read-mgh").read_text()
-        self.assertIn(f"\n```python\n{program}```\n", (ROOT / "docs/readers.md").read_text())
+        self.assertIn(f"\n```python\n{program}```\n", (ROOT / "docs/dev/readers.md").read_text())
 
 
 if __name__ == "__main__":

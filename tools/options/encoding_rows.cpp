@@ -89,6 +89,16 @@ void set_overviews(EncodingOptions& o, const std::string& option, const std::str
 
 void set_range(EncodingOptions& o, const std::string&, const std::string& text) { o.range = text; }
 
+void set_thresholds(EncodingOptions& o, const std::string& option, const std::string& text) {
+  o.options.thresholds.clear();
+  for (const std::string_view part : split(text, ',')) {
+    const auto number = finite_number(part);
+    if (!number) throw UsageError("{} {}: must be numbers, such as 300 or -500,300", option, text);
+    o.options.thresholds.push_back(*number);
+  }
+  std::ranges::sort(o.options.thresholds);
+}
+
 void set_parity(EncodingOptions& o, const std::string& option, const std::string& text) {
   o.options.parity = parity_option(option, text);
 }
@@ -116,6 +126,9 @@ std::vector<OptionRow> all_rows() {
           to(ErrorRule::Kind::bits)),
       row(setting::surface_error.name, kept, "F",
           "Smaller maximum error at the vertices of the mesh (needs --max-error)", to(&E::surface_error)),
+      row(setting::threshold.name, kept, "T[,T2,...]",
+          "No voxel changes its side of these values (>= T, or < T), whatever the error allows",
+          set_thresholds),
       row("strip", kept, "", "Drop metadata except geometry: names, dates, ...", to(&E::strip)),
       row("grid-only", kept, "", "Store only the adaptive grid; voxels between its points are interpolated",
           to(&E::grid_only)),
