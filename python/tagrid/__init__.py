@@ -54,8 +54,8 @@ def open(source: Any, threads: int = 0) -> Volume:  # noqa: A001: as gzip.open()
     """Opens a .tag file. Reads its header and index now, and its samples on demand.
 
     source: a path; a seekable binary file object, whose reads are guarded by a lock; bytes, bytearray or
-        memoryview; or any object with read_at(offset, size) and size. read_at() returns bytes and must allow
-        concurrent calls. size is a number or a method.
+        memoryview; or any object with read_at(offset, size) and size, such as a file on a server. read_at()
+        returns bytes and must allow concurrent calls. size is a number or a method.
     threads: the default for each call; 0: all processors that the process may use.
 
     >>> import numpy, tagrid

@@ -39,7 +39,8 @@ class Writer:
 
     The file gets its name at the end of the block, complete and on disk. If the block raises an exception or
     writes too few slices, no file remains, and an existing file stays. Memory does not grow with the number
-    of slices.
+    of slices. A process that is forked inside the block cannot use the writer, and does not disturb it. To
+    cancel from a callback, raise an exception; do not call close().
 
     out: a path, or an object with write(), which receives the bytes as they are produced.
     shape: samples along z, y and x. dtype: one of the eight types of samples.
@@ -228,12 +229,13 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
 
     array_or_path: samples (z, y, x) of uint8, int8, uint16, int16, uint32, int32, float32 or float64, with
         any strides and byte order. Or any object with shape, dtype and slices, which is loaded slab by slab
-        (h5py, zarr, dask). Or a lossless Volume, or the path of one; its position and metadata are kept. Or
-        an xarray DataArray, whose coordinates along z, y and x give its position. Its attributes are kept,
-        and a warning names those that are not. For DICOM, TIFF and other scans, use the program `tagrid
-        encode`.
+        (h5py, zarr, dask). Or a lossless Volume, or the path of one; its position and metadata are kept. (A
+        volume with a bound is an ArgumentError, because the errors of two encodings add up.) Or an xarray
+        DataArray, whose coordinates along z, y and x give its position. Its attributes are kept, and a warning
+        names those that are not. For DICOM, TIFF and other scans, use the program `tagrid encode`.
     out: a path, or an object with write(). The file appears at the path once it is complete and on disk, and
-        replaces an existing one.
+        replaces an existing one. write() may accept only some of the bytes and return their number, or all of
+        them and return None.
     max_error: no sample is off by more than this, in units of the samples; 0: lossless. "noise:K": K times
         the standard deviation of the noise. None, with grid_only: no bound.
     relative_error: instead of max_error, the bound as a fraction of the range of the samples. psnr: the smallest
@@ -243,7 +245,7 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
     spacing: the distances between samples along z, y and x, usually in mm.
     affine: 4 x 4: from voxels (x, y, z, 1) to world coordinates, as in Volume.affine.
     metadata: names and strings to keep, as in Volume.metadata; or lines of an NRRD header, as in
-    Volume.header.
+        Volume.header.
     effort: "fast", "default" or "best": trades time for size.
     threads: 0: all processors that the process may use.
     surface_error, mesh_error: bounds for the active points and for the mesh.
@@ -260,8 +262,8 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
     threshold: a number, or up to 8. No sample changes its side of these: decoded, it is at least a threshold if the
         original is, and otherwise below it. volume >= threshold is then the mask of the original, whatever max_error or
         psnr allows. Volume.info["thresholds"] says how many samples are on the upper side, and how many the loss had moved.
-    memory_limit: bytes for the work. progress(done, total): called from time to time with bytes of samples;
-        an exception cancels the encoding.
+    memory_limit: bytes for the work; 0: no limit.
+    progress(done, total): called from time to time with bytes of samples; an exception cancels the encoding.
 
     TypeError: samples of another type. ArgumentError: invalid or contradictory settings. InputError, OSError:
     reading or writing failed. No incomplete file remains.

@@ -55,6 +55,12 @@ class Filter(_Base):
     threshold: a number, or up to 8; needs whole_chunks. No sample changes its side of these; see tagrid.encode().
 
     Chunks of 64 x 64 x 64 are best. The filter must be the first one, so do not combine it with shuffle.
+
+    Without whole_chunks, samples are rounded to a fixed lattice: integers to every (2 E + 1)-th number, counted
+    from the fill value, and floats to multiples of the largest m * 2**n that is at most 2 E, with m below 32.
+    Kept bit by bit are the limits of integers, non-finite floats, the fill value, and floats that are farther from
+    0 than 2**19 (float32) or 2**30 (float64) multiples. A chunk with more than 8 different ones of these floats is
+    lossless.
     """
 
     def __init__(self, max_error: float = 0, effort: str = "default", whole_chunks: bool = False,

@@ -16,7 +16,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(sys.argv.pop(1))
 CACHE = (BUILD / "CMakeCache.txt").read_text()
 # Packages of the table for other purposes than programs and libraries that are installed from this build.
-OTHERWISE = re.compile(r"tests|wheels|benchmark|pictures|fuzzing|report of the paper|web/|static program|Windows")
+OTHERWISE = re.compile(r"tests|wheels|benchmark|pictures|fuzzing|report of the paper|the site|web/|static program|Windows")
 OPTIONS = {"tagrid-mpi": "TAGRID_MPI", "python3-tagrid": "TAGRID_PYTHON"}
 # Of the compiler and the C library.
 SYSTEM = r"glibc$|gcc-\d+$"
