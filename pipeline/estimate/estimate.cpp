@@ -410,7 +410,8 @@ class Estimation {
       }
     }();
     const std::chrono::duration<double> searched = std::chrono::steady_clock::now() - start;
-    EstimateResult result = estimated({scaled(with_bound(ruled, bound.max_error, bound.step).parameters)});
+    EstimateResult result =
+        estimated({scaled(with_bound(ruled, bound.max_error, bound.step, bound.filter).parameters)});
     Estimate& e = result.estimates.front();
     e.rule = rule;
     // The bricks of the estimate are others, and do not show all of the range.

@@ -253,12 +253,14 @@ std::vector<std::pair<std::string, std::string>> in_words(const CodingParameters
   return all;
 }
 
-ResolvedOptions with_bound(ResolvedOptions options, std::optional<double> max_error, double transform_step) {
+ResolvedOptions with_bound(ResolvedOptions options, std::optional<double> max_error, double transform_step,
+                           const FilterWeights& filter) {
   options.options.max_error = max_error;
   options.options.error_rule.reset();
   options.options.validate();
   set_bounds(options.options, options.parameters);
   options.parameters.transform_step = transform_step;
+  options.parameters.filter = filter;
   if (transform_step == 0) options.parameters.brick_edge = options.usual_edge();
   require_valid(options);
   return options;

@@ -46,7 +46,7 @@ std::vector<std::pair<std::string, std::string>> in_words(const CodingParameters
 /// The options with this largest error of samples. Throws UsageError if the other options do not allow it.
 /// `transform_step`: see CodingParameters; if it is 0, bricks are of the usual size, unless their size was given.
 ResolvedOptions with_bound(ResolvedOptions options, std::optional<double> max_error,
-                           double transform_step = 0);
+                           double transform_step = 0, const FilterWeights& filter = {});
 
 /// The parameters for this range of the samples. Throws UsageError if the volume does not allow it.
 CodingParameters with_range(const ResolvedOptions& options, std::pair<double, double> range);

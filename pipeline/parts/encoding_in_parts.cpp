@@ -190,6 +190,7 @@ EarlierFindings EncodingInParts::earlier_findings() const {
   if (!record_.error_rule.empty() && record_.error_rule == earlier_.error_rule && found.max_error >= 0) {
     findings.max_error = found.max_error;
     findings.transform_step = found.transform_step;
+    findings.filter = found.filter;
     findings.reason_of_bound = earlier_.reason_of_bound;
   }
   return findings;

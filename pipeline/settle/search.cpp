@@ -173,6 +173,15 @@ FoundStep best_step(Trials& trials, SampleType type, const Goal& goal, double ma
   return best;
 }
 
+// Fits a filter at a step, and keeps it if it pays.
+void try_filter(Trials& trials, double max_error, const FoundStep& at, std::int64_t samples) {
+  trials.fit_filter(max_error, at.step);
+  const double part = trials.of(max_error, at.step, true).rmse / at.tried.rmse,
+               bytes = at.tried.bits / 8 * static_cast<double>(samples);
+  // At low rates, a file is smaller by about the part of the squared error that is gone.
+  if (!((1 - part * part) * bytes > 4 * filter_weights)) trials.set_filter({});
+}
+
 // Without a bound, nothing is corrected: numbers that are transformed have 16 bits.
 double bound_of_trials(const std::optional<double>& given, SampleType type) {
   return given ? kept_bound(*given, type) : is_float_type(type) ? std::numeric_limits<double>::max() : 65535;
@@ -213,6 +222,9 @@ struct Subject {
   }
 
   SampleType type() const { return source.info().type; }
+  std::int64_t samples() const {
+    return options.parameters.domain().volume().count() * source.info().volumes;
+  }
   bool whole() const { return !is_float_type(type()); }
   bool may_be_transformed() const {
     // Far from the ends of what steps of floats can be.
@@ -234,7 +246,8 @@ struct Subject {
 double bits_besides(Subject& subject, double max_error, double step, const Progress& progress) {
   constexpr double bytes_of_index_entry = 12;
   constexpr std::int64_t most_means = sampled_voxels / 64;
-  const ResolvedOptions options = with_bound(subject.options, max_error, step);
+  const ResolvedOptions options =
+      with_bound(subject.options, max_error, step, step > 0 ? subject.trials.filter() : FilterWeights{});
   const TagHeader header{options.parameters, options.metadata};
   const auto volume = one_of_volumes(subject.source, 0);
   const double around = bytes_besides_bricks(header);
@@ -277,10 +290,12 @@ FoundBound bound_of_psnr(Subject& subject, double psnr, bool sampled) {
     FoundStep best = best_step(trials, subject.type(), goal, max_error, 8 * rmse, true);
     if (best.transforms() &&
         best.tried.bits < trials.of(std::min(bounds.of_sample(), max_error), 0, true).bits) {
+      try_filter(trials, max_error, best, subject.samples());
       best = best_step(trials, subject.type(), goal, max_error, best.step, sampled);
       if (best.transforms()) {
         found.max_error = bound_of_step(best, given, subject.type());
         found.step = best.step;
+        found.filter = trials.filter();
         return found;
       }
     }
@@ -323,6 +338,7 @@ FoundBound bound_of_size(Subject& subject, double bits, bool sampled, const Prog
     first = best.step > 0 ? best.step : first;
   };
   search();
+  if (best.transforms()) try_filter(trials, max_error, best, subject.samples());
   besides = best.step > 0 ? bits_besides(subject, best.tried.max_error, best.step, progress)
                           : bits_besides(subject, found.max_error, 0, progress);
   search();
@@ -332,6 +348,7 @@ FoundBound bound_of_size(Subject& subject, double bits, bool sampled, const Prog
   if (best.transforms()) {
     found.max_error = bound_of_step(best, {}, type);
     found.step = best.step;
+    found.filter = trials.filter();
     return found;
   }
   found.max_error = sampled ? bounds.of_sample() : bounds.of_all();

@@ -105,8 +105,9 @@ void find_in_samples(EncodeJob& job, const ResolvedOptions& options, VolumeSourc
   ResolvedOptions settled = options;
   if (options.options.error_rule) {
     FoundBound found = {earlier.max_error.value_or(0), earlier.reason_of_bound, {}, earlier.transform_step};
+    found.filter = earlier.filter;
     if (!earlier.max_error) found = bound_of_rule(options, job.plan, volume, settling.searching);
-    settled = with_bound(options, found.max_error, found.step);
+    settled = with_bound(options, found.max_error, found.step, found.filter);
     job.reason_of_bound = found.reason;
     job.doubt_of_bound = found.doubt;
     job.times_read = found.times_read;

@@ -19,6 +19,7 @@ namespace tagrid {
 struct EarlierFindings {
   std::optional<double> max_error = {};
   double transform_step = 0;
+  FilterWeights filter{};
   std::string reason_of_bound = {};
   std::optional<std::pair<double, double>> range = {};
 };

@@ -11,6 +11,7 @@
 #include "pipeline/encode/graph.h"
 #include "pipeline/settle/source_survey.h"
 #include "pipeline/slices/slices_ahead.h"
+#include "stages/sample/filter_fit.h"
 #include "stages/sample/statistics.h"
 
 namespace tagrid {
@@ -44,16 +45,37 @@ Trials::Trials(VolumeSource& source, CodingParameters parameters, const EncodePl
   parameters_.grid = GridOrigin::derived;
 }
 
+bool Trials::has_parts() const {
+  const Index3& dims = source_.info().dims;
+  return dims.x * dims.y * dims.z > most_sampled_;
+}
+
+void Trials::fit_filter(double max_error, double step) {
+  FilterSums sums;
+  CodingParameters parameters = parameters_;
+  parameters.brick_edge = has_parts() ? usual_edge_ : parameters.brick_edge;
+  parameters.max_error = max_error;
+  parameters.transform_step = step;
+  parameters.filter = {};
+  encode(parameters, has_parts(), &sums);
+  set_filter(fitted_weights(sums));
+}
+
+void Trials::set_filter(const FilterWeights& weights) {
+  parameters_.filter = weights;
+  std::erase_if(earlier_, [](const auto& tried) { return std::get<1>(tried.first) > 0; });
+}
+
 const Tried& Trials::of(double max_error, double step, bool sampled) {
   // A small volume is its own sample.
-  const Index3& dims = source_.info().dims;
-  sampled = sampled && dims.x * dims.y * dims.z > most_sampled_;
+  sampled = sampled && has_parts();
   const auto [at, is_new] = earlier_.try_emplace({max_error, step, sampled});
   if (!is_new) return at->second;
   CodingParameters parameters = parameters_;
   if (sampled || step == 0) parameters.brick_edge = usual_edge_;
   parameters.max_error = max_error;
   parameters.transform_step = step;
+  if (step == 0) parameters.filter = {};
   return at->second = encode(parameters, sampled);
 }
 
@@ -75,9 +97,9 @@ std::vector<std::vector<BrickRows>> Trials::rows_of_volumes(const BrickGrid& bri
   return chosen;
 }
 
-Tried Trials::encode(const CodingParameters& parameters, bool sampled) {
+Tried Trials::encode(const CodingParameters& parameters, bool sampled, FilterSums* filter_sums) {
   const BrickGrid bricks = parameters.bricks();
-  EncodeJob job{.header = {parameters, {}}, .plan = plan_};
+  EncodeJob job{.header = {parameters, {}}, .plan = plan_, .filter_sums = filter_sums};
   // The plan counts rows of larger bricks.
   job.plan.rows *= std::max(parameters_.brick_edge / parameters.brick_edge, 1);
   const std::vector<std::vector<BrickRows>> chosen = rows_of_volumes(bricks, sampled);

@@ -11,6 +11,7 @@
 #include "pipeline/progress/progress.h"
 #include "stages/grid/brick_grid.h"
 #include "stages/sample/coding_parameters.h"
+#include "stages/sample/filter_fit.h"
 
 namespace tagrid {
 
@@ -33,13 +34,20 @@ class Trials {
   /// `step`: of a transform; 0: none. `sampled`: whether a part is enough.
   const Tried& of(double max_error, double step, bool sampled);
 
+  /// Fits a filter to a part, encoded with this step. What is encoded from now on has it, where there is a transform.
+  void fit_filter(double max_error, double step);
+  void set_filter(const FilterWeights& weights);
+  const FilterWeights& filter() const { return parameters_.filter; }
+
   /// How often a sample of the volume was read, on average.
   double times_read() const { return times_read_; }
 
  private:
+  /// False for small volumes, which are their own samples.
+  bool has_parts() const;
   /// All rows of each volume, or rows spread over them all.
   std::vector<std::vector<BrickRows>> rows_of_volumes(const BrickGrid& bricks, bool sampled) const;
-  Tried encode(const CodingParameters& parameters, bool sampled);
+  Tried encode(const CodingParameters& parameters, bool sampled, FilterSums* filter_sums = nullptr);
 
   VolumeSource& source_;
   CodingParameters parameters_;

@@ -14,6 +14,7 @@
 #include "stages/grid/box.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/sample/coding_parameters.h"
+#include "stages/sample/filter_fit.h"
 
 namespace tagrid {
 
@@ -79,7 +80,9 @@ struct BrickOfVoxels {
   const LatticeBits* activity = nullptr;
   Bounds bounds;
   Effort effort = Effort::normal;
-  double transform_step = 0;  ///< see CodingParameters; 0: none
+  double transform_step = 0;   ///< see CodingParameters; 0: none
+  FilterWeights filter{};      ///< see CodingParameters
+  FilterSums* sums = nullptr;  ///< see TransformBrick
 };
 using VoxelBrick = BrickOfVoxels<VoxelBounds>;
 

@@ -24,19 +24,24 @@ namespace {
 
 // Its type selects the coder of narrow or of wide types.
 template <class T>
-auto voxels_of(const Box& owned, const LatticeBits& active, const CodingParameters& parameters) {
+auto voxels_of(const Box& owned, const LatticeBits& active, const CodingParameters& parameters,
+               FilterSums* sums = nullptr) {
   if constexpr (is_wide<T>)
     return WideBrick{owned,
                      &active,
                      {parameters.max_error, parameters.surface_error},
                      parameters.effort,
-                     parameters.transform_step};
+                     parameters.transform_step,
+                     parameters.filter,
+                     sums};
   else
     return VoxelBrick{owned,
                       &active,
                       {integer_bound<T>(parameters.max_error), integer_bound<T>(parameters.surface_error)},
                       parameters.effort,
-                      parameters.transform_step};
+                      parameters.transform_step,
+                      parameters.filter,
+                      sums};
 }
 
 // The values of `box` that lie in `owned`.
@@ -107,8 +112,10 @@ void encode_voxels_and_activity(const Samples<T>& samples, const LatticeBits& ac
                     parameters.max_level, code.activity);
   };
   const std::span<const T> original(samples.data, n);
-  auto values =
-      encode_voxels<T>(original, voxels_of<T>(samples.box, active, parameters), decoded, code.values);
+  auto values = encode_voxels<T>(
+      original,
+      voxels_of<T>(samples.box, active, parameters, code.filter_sums ? &*code.filter_sums : nullptr), decoded,
+      code.values);
   std::vector<std::uint8_t> sides;
   encode_sides<T>(original, parameters.thresholds, decoded, code.statistics.moved, sides);
   if (!parameters.stores_activity()) {

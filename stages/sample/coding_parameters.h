@@ -44,6 +44,12 @@ inline constexpr int max_accuracy = 1'000'000;
 inline constexpr double least_transform_step = 1.0 / 64;
 inline constexpr std::uint32_t largest_transform_step = (1u << 23) - 1;
 
+/// Weights of the filter after a transform, in 2^-10: see stages/values/transform/filter.h. All 0: there is none.
+inline constexpr std::size_t filter_weights = 24;
+inline constexpr std::int16_t most_filter_weight = 2047;
+using FilterWeights = std::array<std::int16_t, filter_weights>;
+constexpr bool is_filter(const FilterWeights& weights) { return weights != FilterWeights{}; }
+
 /// True if a volume may have these sizes: 1 .. 2^31 along each axis, and at most 2^58 samples, so that the
 /// number of bytes fits for every type.
 constexpr bool is_volume_size(const Index3& dims) {
@@ -93,6 +99,8 @@ struct CodingParameters {
   /// The step of quantization of a wavelet, for low rates; 0: there is none. Only for voxels with one bound. See
   /// kept_step() and stages/values/transform.
   double transform_step = 0;
+  /// Only with a step.
+  FilterWeights filter{};
   /// Samples of the type, increasing, above its lowest one. In voxels mode: decoded samples are on their sides of these.
   Thresholds thresholds;
 

@@ -66,10 +66,16 @@ class Header:
          max_error, surface_error, mesh_error, point_error, volumes, text_size, packed_size) = struct.unpack_from(
              "<QQQBBHHHIHBBdddddddIII", data, 16)
         besides = self.size - 132 - packed_size
-        require(besides >= 0 and besides % 4 == 0 and besides // 8 <= 8 and text_size <= 1 << 24, "fields do not fit")
+        require(besides >= 0 and besides % 4 == 0 and text_size <= 1 << 24, "fields do not fit")
         self.step = None  # of samples
+        self.filter = None
         if besides % 8 == 4:
-            self.step = struct.unpack_from("<f" if type_number >= 7 else "<I", data, 124 + packed_size)[0]
+            word = struct.unpack_from("<I", data, 124 + packed_size)[0]
+            if word >> 31:
+                require(besides >= 52, "fields do not fit")
+                self.filter = struct.unpack_from("<24h", data, 128 + packed_size)
+                require(any(self.filter) and all(-2047 <= w <= 2047 for w in self.filter), "an impossible filter")
+            self.step = struct.unpack("<f" if type_number >= 7 else "<I", struct.pack("<I", word & 0x7FFFFFFF))[0]
             if type_number < 7:
                 require(1 <= self.step < 1 << 23, "an impossible step")
                 self.step /= 64
@@ -79,7 +85,9 @@ class Header:
                 "impossible sizes")
         self.volumes = volumes
         self.coding = data[16:112]  # what every volume of the file has
-        self.thresholds = struct.unpack_from(f"<{besides // 8}d", data, 124 + packed_size + besides % 8)
+        begin = besides % 8 + 48 * (self.filter is not None)  # of the thresholds
+        require((besides - begin) // 8 <= 8, "fields do not fit")
+        self.thresholds = struct.unpack_from(f"<{(besides - begin) // 8}d", data, 124 + packed_size + begin)
         require(all(1 <= n <= 1 << 31 for n in self.dims) and math.prod(self.dims) <= 1 << 58, "impossible sizes")
         self.type = SampleType(type_number)
         require(self.mode in (0, 1), "the mode is unknown")
@@ -197,7 +205,7 @@ def decode_samples(header, closed, owned, active, values):
     def decode_narrow(data, sample_type, bounds, step=None):
         if step is not None:  # in 64ths
             if data[:1] == TRANSFORMED:
-                return decode_transform(data[1:], size, sample_type, step, bounds[0])
+                return decode_transform(data[1:], size, sample_type, step, bounds[0], header.filter)
             bounds = 0, 0
         if is_few(data):
             return decode_few(data, size, sample_type, bounds, decode_numbers)
@@ -304,7 +312,8 @@ def check_members(data, at, header, last):
             require((kind, factor) == (2, volumes) and volumes < header.volumes,
                     "the volumes are not in order, or are too many")
             inner = Header(data[at + 20:end])
-            require(inner.volumes == 1 and inner.coding == header.coding and inner.step == header.step,
+            require(inner.volumes == 1 and inner.coding == header.coding and inner.step == header.step
+                    and inner.filter == header.filter,
                     "a volume is of another file")
             volumes += 1
         if kind == 1:

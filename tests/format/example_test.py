@@ -384,7 +384,7 @@ def made_of_golden_files(program):
 
 
 def made_of_transform():
-    """The tables of section 13.6, as the second decoder has them."""
+    """The tables of section 13.7, as the second decoder has them."""
     lines = []
     for name, table in (("near", sum(transform_tables.NEAR, [])), ("expected", sum(transform_tables.EXPECTED, [])),
                         ("zero_band", transform_tables.BAND), ("active_block", transform_tables.BLOCK),

@@ -40,6 +40,7 @@ CodingParameters parameters_of(Bytes head) {
   if (head[1] / 64 == 3 && p.mode == FileMode::voxels && p.max_error >= 1) {
     p.surface_error = -1;
     p.transform_step = (1u << head[6] % 23) * least_transform_step;
+    if (head[6] >= 128) p.filter.fill(static_cast<std::int16_t>(head[6] - 191));
   }
   return p;
 }

@@ -103,6 +103,7 @@ const Case cases[] = {
        // So small that noise takes nearly as many events as the encoder allows.
        p.max_error = p.type == SampleType::uint8 ? 50 : 10000;
        p.transform_step = p.type == SampleType::uint8 ? 12 : 3000;
+       p.filter.fill(20);
      }},
     {"grid",
      [](CodingParameters& p) {

@@ -13,6 +13,7 @@
 #include "stages/entropy/rans_coder.h"
 #include "stages/sample/vector_code.h"
 #include "stages/values/transform/coefficients.h"
+#include "stages/values/transform/filter.h"
 #include "stages/values/transform/lifting.h"
 #include "stages/values/transform/shape.h"
 
@@ -130,6 +131,38 @@ TransformShape split_best(std::span<const T> samples, std::int32_t center, const
   return best;
 }
 
+template <class T>
+std::uint64_t squared_error(std::span<const T> samples, std::span<const T> decoded) {
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const std::int64_t error = std::int64_t{samples[i]} - decoded[i];
+    sum += static_cast<std::uint64_t>(error * error);
+  }
+  return sum;
+}
+
+/// Filters what is stored in `decoded` already, unless that loses more. `values` are changed. Returns whether it did.
+template <class T>
+bool filter_if_better(std::span<const T> samples, std::int32_t center, const TransformBrick& brick,
+                      std::span<std::int32_t> values, std::span<T> decoded) {
+  const std::uint64_t before = squared_error<T>(samples, decoded);
+  filter_brick(values, brick.size, brick.step, fraction_bits(sizeof(T)), brick.filter);
+  std::vector<T> filtered(samples.size());
+  store<T>(values, center, filtered);
+  if (squared_error<T>(samples, filtered) >= before) return false;
+  std::copy(filtered.begin(), filtered.end(), decoded.begin());
+  return true;
+}
+
+template <class T>
+void add_errors(std::span<const T> samples, std::int32_t center, const TransformBrick& brick,
+                std::span<const std::int32_t> values, FilterSums& sums) {
+  std::vector<std::int32_t> lacking(samples.size());
+  load(samples, center, std::span(lacking));
+  for (std::size_t i = 0; i < lacking.size(); ++i) lacking[i] -= values[i];
+  add_to_sums(values, lacking, brick.size, brick.step, fraction_bits(sizeof(T)), sums);
+}
+
 /// Corrects samples beyond the bound E by multiples of 2E + 1: their number, and for each the samples since the one
 /// before, and the multiple. Returns false if a decoder finds a place that does not exist.
 template <class T, class Coder>
@@ -182,6 +215,9 @@ bool encode_transform(std::span<const T> samples, const TransformBrick& brick, s
   }
   transform_back(coefficients, shape);
   store<T>(coefficients, center, reconstruction);
+  if (brick.sums != nullptr) add_errors(samples, center, brick, coefficients, *brick.sums);
+  if (is_filter(brick.filter))
+    coder.code_raw(filter_if_better(samples, center, brick, std::span(coefficients), reconstruction), 1);
   if (!code_corrections(coder, samples, brick.max_error, reconstruction)) return false;
   coder.finish();
   return true;
@@ -201,6 +237,8 @@ Status decode_transform(std::span<const std::uint8_t> bytes, const TransformBric
     if (!code_coefficients(coder, *model, shape, coefficients)) return Status::broken("values end too soon");
   }
   transform_back(coefficients, shape);
+  if (is_filter(brick.filter) && coder.code_raw(0, 1) != 0)
+    filter_brick(coefficients, brick.size, brick.step, fraction_bits(sizeof(T)), brick.filter);
   const bool whole = samples.size() == coefficients.size();
   std::vector<T> all(whole ? 0 : coefficients.size());
   const std::span<T> corrected = whole ? samples : std::span<T>(all);
@@ -219,13 +257,15 @@ std::uint64_t working_bytes_of_encoding_transform(Index3 size) {
       most_events_per_sample * samples + 4096 + 72 * static_cast<std::uint64_t>(size.x);
   return samples * sizeof(std::int32_t) + sizeof(CoefficientModel) +
          std::max(samples * sizeof(std::int32_t),
-                  working_bytes_of_coefficients(size) + RansEncoder::working_bytes(events));
+                  RansEncoder::working_bytes(events) +
+                      std::max(working_bytes_of_coefficients(size),
+                               working_bytes_of_filter(size) + samples * sizeof(std::int32_t)));
 }
 
 std::uint64_t working_bytes_of_decoding_transform(Index3 size) {
   const std::uint64_t samples = count_of(size);
   return samples * (sizeof(std::int32_t) + sizeof(std::uint16_t)) + sizeof(CoefficientModel) +
-         working_bytes_of_coefficients(size);
+         std::max(working_bytes_of_coefficients(size), working_bytes_of_filter(size));
 }
 
 #define TAGRID_INSTANTIATE(T)                                                             \

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "stages/grid/box.h"
+#include "stages/sample/coding_parameters.h"
+#include "stages/sample/filter_fit.h"
 #include "stages/sample/sample_type.h"
 #include "stages/sample/status.h"
 
@@ -17,6 +19,8 @@ struct TransformBrick {
   Index3 size;
   std::uint32_t step = 1;      ///< of quantization, in 2^-6 of a sample, 1 .. largest_transform_step
   std::int64_t max_error = 0;  ///< of any sample
+  FilterWeights filter{};
+  FilterSums* sums = nullptr;  ///< an encoder adds the errors that a filter can mend; nullptr: nowhere
 };
 
 /// Appends the code of a brick, x fastest. Returns false and appends nothing if it would be long: for noise that is

@@ -157,7 +157,9 @@ VoxelBrick brick_of_numbers(const NarrowForm& form, const WideBrick& brick) {
           brick.activity,
           {form.errors[0], brick.bounds.surface_error >= 0 ? form.errors[1] : -1},
           brick.effort,
-          step_of_numbers(form, brick.transform_step)};
+          step_of_numbers(form, brick.transform_step),
+          brick.filter,
+          brick.sums};
 }
 
 template <class T>

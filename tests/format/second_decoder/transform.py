@@ -307,7 +307,33 @@ def transform_back(values, size, lengths, split):
                 join_axis(part, axis)
 
 
-def decode_transform(data, size, sample_type, step, bound):
+# Of each difference there is the opposite one.
+NEIGHBOURS = (((1, 0, 0),), ((0, 1, 0),), ((0, 0, 1),), ((1, 1, 0), (-1, 1, 0)),
+              ((1, 0, 1), (-1, 0, 1), (0, 1, 1), (0, -1, 1)), ((2, 0, 0), (0, 2, 0)), ((0, 0, 2),),
+              ((2, 2, 0), (-2, 2, 0)))
+
+
+def filtered(values, places, size, step, fraction, weights):
+    """13.5."""
+    of_values = step << fraction >> 6
+    shift = max(0, of_values.bit_length() - 7)
+    unit = of_values >> shift
+    limits = 4095, max(1, unit // 4), max(1, unit // 12)
+    numbers = {p: clamp(values.get(p, 0) + (1 << shift >> 1) >> shift, -8191, 8191) for p in places}
+    result = {}
+    for place in places:
+        total = 512
+        for g, offsets in enumerate(NEIGHBOURS):
+            for offset in offsets:
+                for sign in (1, -1):
+                    at = tuple(clamp(c + sign * o, 0, n - 1) for c, o, n in zip(place, offset, size))
+                    d = numbers[at] - numbers[place]
+                    total += sum(weights[8 * k + g] * clamp(d, -limit, limit) for k, limit in enumerate(limits))
+        result[place] = int32(values.get(place, 0) + (clamp(total >> 10, -unit, unit) << shift))
+    return result
+
+
+def decode_transform(data, size, sample_type, step, bound, weights):
     """13. Samples by their place in the brick."""
     coder = Decoder(data)
     split = coder.raw(2)
@@ -318,6 +344,8 @@ def decode_transform(data, size, sample_type, step, bound):
     values = Coefficients(coder, bands).run()
     transform_back(values, size, lengths, split)
     places = [(x, y, z) for z in range(size[2]) for y in range(size[1]) for x in range(size[0])]
+    if weights and coder.raw(1):
+        values = filtered(values, places, size, step, fraction, weights)
     samples = {p: clamp(center + (values.get(p, 0) + (1 << fraction - 1) >> fraction), low, high) for p in places}
     number, gap, multiple = IntegerModel(), IntegerModel(), IntegerModel()
     left, at = coder.integer(number), 0

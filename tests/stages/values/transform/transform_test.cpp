@@ -6,6 +6,8 @@
 #include <rapidcheck/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -13,6 +15,7 @@
 
 #include "stages/sample/coding_parameters.h"
 #include "stages/sample/numbers.h"
+#include "stages/values/transform/filter.h"
 #include "stages/values/transform/lifting.h"
 #include "stages/values/transform/shape.h"
 #include "stages/values/voxels/codec.h"
@@ -164,6 +167,14 @@ std::vector<T> any_samples(Index3 size, std::mt19937& random) {
   return samples;
 }
 
+FilterWeights any_filter(std::mt19937& random) {
+  FilterWeights weights;
+  const int most = random() % 4 ? 60 : most_filter_weight;
+  for (std::int16_t& w : weights)
+    w = static_cast<std::int16_t>(static_cast<int>(random() % static_cast<unsigned>(2 * most + 1)) - most);
+  return weights;
+}
+
 // What a decoder returns is what the encoder said, within the bound; also of the first slices.
 template <class T>
 void comes_back() {
@@ -175,6 +186,7 @@ void comes_back() {
       *rc::gen::element<std::uint32_t>(1, 17, 64, 200, 3000, 100000, largest_transform_step) *
       least_transform_step;
   brick.effort = *rc::gen::element(Effort::normal, Effort::best);
+  if (*rc::gen::arbitrary<bool>()) brick.filter = any_filter(random);
   std::vector<T> decoded(samples.size()), back(samples.size());
   std::vector<std::uint8_t> bytes, carried;
   encode_voxels<T>(samples, brick, decoded, bytes).finish();
@@ -221,6 +233,7 @@ void wide_comes_back() {
     if (special < 4) samples[random() % samples.size()] = special < 2 ? NAN : -INFINITY;
   WideBrick brick{Box::of_size(size), nullptr, {scale * *rc::gen::element(1.0, 7.0, 1000.0), -1}};
   brick.transform_step = kept_step(scale * *rc::gen::element(0.01, 0.7, 5.0, 300.0), sample_type_of<T>());
+  if (*rc::gen::arbitrary<bool>()) brick.filter = any_filter(random);
   std::vector<T> decoded(samples.size()), back(samples.size());
   std::vector<std::uint8_t> bytes, carried;
   encode_voxels<T>(samples, brick, decoded, bytes).finish();
@@ -280,6 +293,95 @@ TEST(Transform, ErrorsFallWithTheStepAndBytesRise) {
     last_rmse = rmse;
     last_bytes = bytes.size();
   }
+}
+
+// The sum over all neighbours, as docs/dev/format.md has it.
+TEST(Filter, IsItsFormulaForAnyNumbers) {
+  std::mt19937 random(1);
+  for (const Index3& size : sizes) {
+    if (count_of(size) > 5000) continue;
+    for (const std::uint32_t step : {1u, 63u, 64u, 4000u, largest_transform_step})
+      for (const int fraction : {4, 6}) {
+        const FilterWeights weights = any_filter(random);
+        const std::uint64_t s = std::uint64_t{step} << fraction >> 6;
+        const int shift = std::max(static_cast<int>(std::bit_width(s)) - 7, 0);
+        const auto unit = static_cast<std::int64_t>(s >> shift);
+        const std::array<std::int64_t, 3> limits = {4095, std::max<std::int64_t>(1, unit / 4),
+                                                    std::max<std::int64_t>(1, unit / 12)};
+        std::vector<std::int32_t> values(count_of(size));
+        for (std::int32_t& v : values) v = static_cast<std::int32_t>(random()) >> random() % 24;
+        const auto number = [&](Index3 at) {
+          for (int axis = 0; axis < 3; ++axis)
+            at[axis] = std::clamp<std::int64_t>(at[axis], 0, size[axis] - 1);
+          const std::int64_t v = values[static_cast<std::size_t>(Box::of_size(size).offset(at))];
+          return std::clamp<std::int64_t>((v + (std::int64_t{1} << shift >> 1)) >> shift, -8191, 8191);
+        };
+        std::vector<std::int32_t> expected;
+        for (const Index3 here : points_of(size)) {
+          std::int64_t sum = 512;
+          for (const Index3 d : points_of(Box{{-2, -2, -2}, {2, 2, 2}})) {
+            const std::array<std::int64_t, 3> away = {std::abs(d.x), std::abs(d.y), std::abs(d.z)};
+            const auto is = [&](std::int64_t x, std::int64_t y, std::int64_t z) {
+              return away == std::array{x, y, z};
+            };
+            const int group = is(1, 0, 0)                  ? 0
+                              : is(0, 1, 0)                ? 1
+                              : is(0, 0, 1)                ? 2
+                              : is(1, 1, 0)                ? 3
+                              : is(1, 0, 1) || is(0, 1, 1) ? 4
+                              : is(2, 0, 0) || is(0, 2, 0) ? 5
+                              : is(0, 0, 2)                ? 6
+                              : is(2, 2, 0)                ? 7
+                                                           : -1;
+            if (group < 0) continue;
+            for (std::size_t k = 0; k < 3; ++k)
+              sum += weights[8 * k + static_cast<std::size_t>(group)] *
+                     std::clamp(number(here + d) - number(here), -limits[k], limits[k]);
+          }
+          const std::int64_t v = values[static_cast<std::size_t>(Box::of_size(size).offset(here))];
+          expected.push_back(static_cast<std::int32_t>(v + (std::clamp(sum >> 10, -unit, unit) << shift)));
+        }
+        filter_brick(values, size, step, fraction, weights);
+        EXPECT_EQ(values, expected) << size.x << ' ' << size.y << ' ' << size.z << ", step " << step;
+      }
+  }
+}
+
+// Weights that were fitted to a brick restore a part of what it lost, and no weights lose more than none.
+TEST(Filter, MakesErrorsSmaller) {
+  const auto samples = body(body_size);
+  const auto squares = [&](const FilterWeights& weights, FilterSums* fit) {
+    std::vector<std::int16_t> decoded(samples.size());
+    std::vector<std::uint8_t> bytes;
+    EXPECT_TRUE(
+        encode_transform<std::int16_t>(samples, {body_size, 64 * 300, 65535, weights, fit}, decoded, bytes));
+    double sum = 0;
+    for (std::size_t i = 0; i < samples.size(); ++i) sum += std::pow(decoded[i] - samples[i], 2);
+    return sum;
+  };
+  FilterSums fit;
+  const double without = squares({}, &fit);
+  EXPECT_LT(squares(fitted_weights(fit), nullptr), 0.9 * without);
+  FilterWeights useless;
+  useless.fill(-most_filter_weight);
+  EXPECT_EQ(squares(useless, nullptr), without);
+}
+
+TEST(Filter, IsFittedToBricksInAnyOrder) {
+  std::mt19937 random(2);
+  std::vector<FilterSums> bricks(3);
+  for (FilterSums& sums : bricks) {
+    std::vector<std::int32_t> values(count_of(body_size)), lacking(values.size());
+    for (std::int32_t& v : values) v = static_cast<std::int32_t>(random() % 20000);
+    for (std::int32_t& v : lacking) v = static_cast<std::int32_t>(random() % 200) - 100;
+    add_to_sums(values, lacking, body_size, 500, 6, sums);
+  }
+  FilterSums forth, back;
+  for (const FilterSums& sums : bricks) forth.add(sums);
+  for (auto sums = bricks.rbegin(); sums != bricks.rend(); ++sums) back.add(*sums);
+  EXPECT_EQ(fitted_weights(forth), fitted_weights(back));
+  EXPECT_NE(fitted_weights(forth), FilterWeights{});
+  EXPECT_EQ(fitted_weights({}), FilterWeights{});
 }
 
 // Faces of bricks must not be seen. If steps were not finer there, the errors of this noise would be 1.18 times those
