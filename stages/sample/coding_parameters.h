@@ -102,7 +102,7 @@ struct CodingParameters {
   /// Only with a step.
   FilterWeights filter{};
   /// Samples of the type, increasing, above its lowest one. In voxels mode: decoded samples are on their sides of these.
-  Thresholds thresholds;
+  Thresholds thresholds{};
 
   /// True if the interpolation has a bound, so that the mesh criterion marks points.
   bool bounds_interpolation() const { return mesh_error >= 0 || (mode == FileMode::grid && max_error >= 0); }
