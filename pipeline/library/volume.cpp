@@ -107,9 +107,11 @@ tagrid_info info_of(const TagHeader& header, const TagIndex& index, const TagSiz
   info.mean = total.finite > 0 ? total.sum / static_cast<double>(total.finite) : NAN;
   static_assert(TAGRID_MOST_THRESHOLDS == most_thresholds);
   info.threshold_count = static_cast<int>(p.thresholds.count);
-  std::ranges::copy(p.thresholds.all, info.thresholds);
-  std::ranges::copy(total.at_least.all, info.samples_at_least);
-  std::ranges::copy(total.moved.all, info.samples_moved);
+  for (std::size_t i = 0; i < p.thresholds.count; ++i) {
+    info.thresholds[i] = p.thresholds.all[i];
+    info.samples_at_least[i] = total.at_least.all[i];
+    info.samples_moved[i] = total.moved.all[i];
+  }
   info.file_bytes = sizes.file;
   info.header_bytes = sizes.header;
   info.activity_bytes = sizes.activity;

@@ -100,8 +100,9 @@ void count_above(std::span<const T> samples, const Thresholds& thresholds,
                  OfThresholds<std::uint64_t>& counts) {
   counts.count = thresholds.count;
   for (std::size_t i = 0; i < thresholds.count; ++i)
-    counts.all[i] += static_cast<std::uint64_t>(std::ranges::count_if(
-        samples, [least = static_cast<T>(thresholds.all[i])](T v) { return v >= least; }));
+    counts.all[i] += static_cast<std::uint64_t>(
+        std::count_if(samples.begin(), samples.end(),
+                      [least = static_cast<T>(thresholds.all[i])](T v) { return v >= least; }));
 }
 
 /// The same for the bytes of samples of a file's type.

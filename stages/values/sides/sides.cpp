@@ -28,8 +28,7 @@ class Crossing {
   explicit Crossing(double threshold)
       : values_{below_threshold(static_cast<T>(threshold)), static_cast<T>(threshold)} {
     for (auto& of_side : crossed_)
-      std::ranges::transform(start_logits, of_side.begin(),
-                             [](int logit) { return AdaptiveBit(logit, seen_at_start); });
+      for (std::size_t i = 0; i < distances; ++i) of_side[i] = AdaptiveBit(start_logits[i], seen_at_start);
   }
 
   Side side_of(T sample) const { return sample >= values_[above] ? above : below; }
@@ -45,7 +44,7 @@ class Crossing {
     const Side side = side_of(sample);
     reach_[side] = std::max(reach_[side], distance(sample, side));
   }
-  bool is_crossed() const { return std::ranges::max(reach_) >= 0; }
+  bool is_crossed() const { return std::max(reach_[below], reach_[above]) >= 0; }
 
   /// Codes how far from the threshold samples of each side are that crossed it.
   template <class Coder>
