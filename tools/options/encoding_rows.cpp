@@ -152,8 +152,8 @@ std::vector<OptionRow> all_rows() {
           "Edge of a brick in root cubes (default: 64/S, with --psnr, --ratio and --bits 128/S, but at least "
           "2)",
           to(&E::brick_edge)),
-      row(setting::lead.name, grid, "0|1",
-          "For experts: the first plane of the lattice, 1 (default) or 0; see the manual page", to(&E::lead)),
+      row(setting::lead.name, grid, "0|1", "For experts: the first plane of the lattice, 1 (default) or 0",
+          to(&E::lead)),
       row("dims", headerless, "X,Y,Z", "Samples along x (fastest), y and z", to(&S::dims)),
       row("type", headerless, "TYPE",
           "Sample type: uint8, int8, uint16, int16, uint32, int32, float32 or float64", to(&S::type)),
