@@ -23,7 +23,7 @@ from reference.docstrings import as_fields
 # By goal. An entry is a path from the root without its ending, or "Title <path>" if the heading is too long.
 NAVIGATION = {
     "To begin": ["Install <docs/install>", "Tour <docs/tour>", "docs/howto", "docs/faq", "docs/comparison"],
-    "Every detail": ["docs/manual", "Options <docs/options>", "docs/glossary"],
+    "Every detail": ["docs/manual", "Options <docs/options>", "docs/formats", "docs/glossary"],
     "To view, solve and keep": [
         "Viewing <docs/viewing>",
         "Meshes for solvers <docs/solvers>",
@@ -49,6 +49,7 @@ NAVIGATION = {
         "docs/dev/reliability",
         "Packages <docs/dev/packages>",
         "Adding a format <docs/dev/readers>",
+        "How formats are read <docs/dev/reading>",
         "Programs for browsers <docs/dev/web>",
         "Terms <docs/dev/terms>",
     ],

@@ -254,7 +254,7 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
         grid, and samples are interpolated.
     value_range: (low, high), the span of values that matters for the grid. The default is the range of the
         type, or of the samples for types of 32 and 64 bits. field_scale, max_level, accuracy, cube (the edge
-        of a root cube), brick (root cubes along the edge of a brick): see docs/manual.md. lead: 1, the
+        of a root cube), brick (root cubes along the edge of a brick): see docs/options.md. lead: 1, the
         default, for bricks that are chunks of their edge; 0 for a lattice that begins at the first sample.
     overviews: factors of the overviews that the file has, such as (4, 16); "none"; or "auto": 4, 16, 64 ...
         if the longest axis has more than 512 samples. Meanwhile, sums wait in a temporary file beside `out`, or in

@@ -143,7 +143,7 @@ class Commands(unittest.TestCase):
         for document in documents:
             for command in commands(document.read_text()):
                 if command in self.examples:
-                    continue  # docs/options.md has those of the help.
+                    continue  # test_the_examples_in_the_help_work has those.
                 if command.startswith(("tagrid convert", "tagrid archive")):
                     continue  # They need records of earlier runs, which the session above has.
                 if any(name in command for name in ("series/", "perfusion/", "DICOMDIR")):
