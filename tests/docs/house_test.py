@@ -15,9 +15,9 @@ MOST = {
     "functions that only pass a brick on, out": 22,
     "std::function in the product": 86,
     "files that name nrrd_fields": 1,
-    "C++ files of the product": 867,
+    "C++ files of the product": 874,
     "C++ files longer than 600 lines": 0,
-    "lines of the product in C++": 110433,
+    "lines of the product in C++": 111400,
 }
 
 
