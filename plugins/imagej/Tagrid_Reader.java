@@ -24,8 +24,8 @@ import java.util.regex.Pattern;
 /**
  * ImageJ and Fiji open .tag files: File, Import, tagrid...
  *
- * The program `tagrid` decodes the file, and this class reads the NRRD that it writes to its standard output. The program
- * is looked for in the environment variable TAGRID, then in PATH. In macros:
+ * The program `tagrid` decodes the file, and this class reads the NRRD that it writes to its standard output. The
+ * program is looked for in the environment variable TAGRID, then in PATH. In macros:
  *
  *     run("tagrid...", "open=[/home/me/scan.tag] volume=0");
  */
@@ -51,8 +51,9 @@ public class Tagrid_Reader implements PlugIn {
     String program = System.getenv("TAGRID") == null ? "tagrid" : System.getenv("TAGRID");
     Process process;
     try {
-      process = new ProcessBuilder(program, "decode", new File(path).getAbsolutePath(), "--volume", Integer.toString(volume),
-          "--samples", "--format", "nrrd", "--progress", "none", "-q", "-o", "-").start();
+      String file = new File(path).getAbsolutePath();
+      process = new ProcessBuilder(program, "decode", file, "--volume", Integer.toString(volume), "--samples", "--format",
+          "nrrd", "--progress", "none", "-q", "-o", "-").start();
     } catch (IOException error) {
       throw new IOException("The program tagrid was not found. Install it, or set TAGRID to its path.", error);
     }
@@ -70,7 +71,8 @@ public class Tagrid_Reader implements PlugIn {
     try {
       int code = process.waitFor();
       words.join();
-      if (code != 0) throw new IOException(words.text().isEmpty() ? "tagrid ended with the code " + code : words.text());
+      String said = words.text();
+      if (code != 0) throw new IOException(said.isEmpty() ? "tagrid ended with the code " + code : said);
       if (broken != null) throw broken;
     } catch (InterruptedException error) {
       process.destroy();
@@ -153,7 +155,8 @@ public class Tagrid_Reader implements PlugIn {
       header.append(text).append('\n');
       int pair = text.indexOf(":="), colon = text.indexOf(": ");
       if (pair > 0 && (colon < 0 || pair < colon)) pairs.put(text.substring(0, pair), text.substring(pair + 2));
-      else if (colon > 0) fields.put(text.substring(0, colon).toLowerCase(Locale.ROOT), text.substring(colon + 2).trim());
+      else if (colon > 0)
+        fields.put(text.substring(0, colon).toLowerCase(Locale.ROOT), text.substring(colon + 2).trim());
     }
   }
 
@@ -181,8 +184,8 @@ public class Tagrid_Reader implements PlugIn {
   }
 
   /**
-   * Pixels of a slice. Samples of 8 and 16 bits stay what they are, and a function of the image gives their values; int8
-   * becomes 16 bits. All others become values in float32.
+   * Pixels of a slice. Samples of 8 and 16 bits stay what they are, and a function of the image gives their values;
+   * int8 becomes 16 bits. All others become values in float32.
    */
   private static Object pixelsOf(ByteBuffer samples, String type, double slope, double intercept) throws IOException {
     int count = samples.capacity() / bytesOf(type);
@@ -212,7 +215,8 @@ public class Tagrid_Reader implements PlugIn {
       return;
     }
     double first = intercept - (isSigned ? slope * ZERO : 0);
-    calibration.setFunction(Calibration.STRAIGHT_LINE, new double[] {first, slope}, unit.isEmpty() ? "gray value" : unit);
+    String name = unit.isEmpty() ? "gray value" : unit;
+    calibration.setFunction(Calibration.STRAIGHT_LINE, new double[] {first, slope}, name);
   }
 
   /** The distances of samples, and their unit; without one, lengths count as millimeters, as everywhere in tagrid. */
@@ -227,7 +231,8 @@ public class Tagrid_Reader implements PlugIn {
       }
     } else if (fields.containsKey("spacings")) {
       String[] parts = fields.get("spacings").split("\\s+");
-      for (int axis = 0; axis < 3; ++axis) steps[axis] = Double.parseDouble(parts[axis].toLowerCase(Locale.ROOT).replace("nan", "NaN"));
+      for (int axis = 0; axis < 3; ++axis)
+        steps[axis] = Double.parseDouble(parts[axis].equalsIgnoreCase("nan") ? "NaN" : parts[axis]);
     }
     for (double step : steps)
       if (!(step > 0)) return;

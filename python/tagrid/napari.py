@@ -18,8 +18,8 @@ from ._writing import encode
 LayerData = tuple[Any, dict[str, Any], str]
 
 #: What files call the units of napari.
-_UNITS = {"meter": "m", "centimeter": "cm", "millimeter": "mm", "micrometer": "um", "nanometer": "nm", "angstrom": "angstrom",
-          "inch": "inch"}
+_UNITS = {"meter": "m", "centimeter": "cm", "millimeter": "mm", "micrometer": "um", "nanometer": "nm",
+          "angstrom": "angstrom", "inch": "inch"}
 
 
 def get_reader(path: Any) -> Optional[Callable[[Any], list[LayerData]]]:

@@ -1,4 +1,5 @@
-"""ImageJ opens .tag files: the plugin is compiled, and run in ImageJ without a screen, and in its menu on a virtual one.
+"""ImageJ opens .tag files: the plugin is compiled, and run in ImageJ without a screen, and by its menu on a virtual
+one.
 
     imagej_test.py PROGRAM
 
@@ -28,8 +29,8 @@ JAR = pathlib.Path(os.environ.get("TAGRID_IMAGEJ", "/usr/share/java/ij.jar"))
 #: The program's types of samples, and those of ImageJ's pixels.
 PIXELS = {"uint8": "u1", "int8": "u2", "uint16": "u2", "int16": "u2", "uint32": "f4", "int32": "f4", "float32": "f4",
           "float64": "f4"}
-#: Opens files as ImageJ's plugins do, says what ImageJ knows of them, and saves their pixels. ImageJ's own command for that
-#: needs its menus, and so a screen.
+#: Opens files as ImageJ's plugins do, says what ImageJ knows of them, and saves their pixels. ImageJ's own command for
+#: that needs its menus, and so a screen.
 HARNESS = """
 import ij.*;
 import ij.io.FileSaver;
@@ -44,9 +45,10 @@ public class Harness {
       image.setSlice(2);
       Calibration place = image.getCalibration();
       image.getProcessor().setCalibrationTable(place.getCTable());
-      System.out.println("FOUND\\t" + image.getTitle() + "\\t" + image.getWidth() + " " + image.getHeight() + " " + image.getStackSize()
-          + "\\t" + image.getBitDepth() + "\\t" + place.pixelWidth + " " + place.pixelHeight + " " + place.pixelDepth + " "
-          + place.getUnit() + "\\t" + image.getProcessor().getPixelValue(3, 2) + "\\t" + place.getValueUnit());
+      String dims = image.getWidth() + " " + image.getHeight() + " " + image.getStackSize();
+      String steps = place.pixelWidth + " " + place.pixelHeight + " " + place.pixelDepth + " " + place.getUnit();
+      System.out.println(String.join("\\t", "FOUND", image.getTitle(), dims, "" + image.getBitDepth(), steps,
+          "" + image.getProcessor().getPixelValue(3, 2), place.getValueUnit()));
       new FileSaver(image).saveAsTiffStack(parts[1]);
     }
   }
@@ -83,7 +85,8 @@ class ImageJ(unittest.TestCase):
 
     @staticmethod
     def javac(into, *sources):
-        subprocess.run(["javac", "--release", "8", "-Werror", "-Xlint:all,-options", "-cp", JAR, "-d", into, *sources], check=True)
+        subprocess.run(["javac", "--release", "8", "-Werror", "-Xlint:all,-options", "-cp", JAR, "-d", into, *sources],
+                       check=True)
 
     def imagej(self, macro, argument="", before=(), headless=True):
         path = self.folder / "macro.ijm"
@@ -98,9 +101,9 @@ class ImageJ(unittest.TestCase):
         """What ImageJ says of files, and their pixels."""
         names = [self.folder / f"{number}.tif" for number in range(len(paths))]
         (self.folder / "list").write_text("".join(f"{path}\t{name}\n" for path, name in zip(paths, names)))
-        done = subprocess.run(["java", "-Djava.awt.headless=true", "-Dfile.encoding=UTF-8", "-cp", f"{JAR}:{self.harness}", "Harness",
-                               self.folder / "list"], encoding="utf-8", stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                              env={**os.environ, "TAGRID": str(PROGRAM)}, timeout=300)
+        path = f"{JAR}:{self.harness}"
+        done = subprocess.run(["java", "-Djava.awt.headless=true", "-Dfile.encoding=UTF-8", "-cp", path, "Harness", self.folder / "list"],
+                              encoding="utf-8", stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env={**os.environ, "TAGRID": str(PROGRAM)}, timeout=300)
         lines = [line.split("\t")[1:] for line in done.stdout.splitlines() if line.startswith("FOUND")]
         self.assertEqual(len(lines), len(paths), done.stdout)
         return [(line, tifffile.imread(name)) for line, name in zip(lines, names)]
@@ -125,13 +128,15 @@ class ImageJ(unittest.TestCase):
                 np.testing.assert_array_equal(pixels.reshape(samples.shape), expected.astype(kind), path.name)
             self.assertEqual(pixels.dtype.newbyteorder("="), np.dtype(kind))
             if np.isfinite(samples[1, 2, 3]):
-                self.assertAlmostEqual(float(value), float(samples[1, 2, 3]), delta=abs(float(samples[1, 2, 3])) * 1e-4 + 1e-4, msg=path.name)
+                sample = float(samples[1, 2, 3])
+                self.assertAlmostEqual(float(value), sample, delta=abs(sample) * 1e-4 + 1e-4, msg=path.name)
 
     def written(self, name, samples, fields):
         nrrd = self.folder / f"{name}.nrrd"
         kind = {"float32": "float", "float64": "double"}.get(samples.dtype.name, samples.dtype.name)
-        head = f"NRRD0004\ntype: {kind}\ndimension: 3\nsizes: {' '.join(map(str, samples.shape[::-1]))}\nencoding: raw\nendian: little\n"
-        nrrd.write_bytes(f"{head}{fields}\n".encode() + samples.tobytes())
+        lines = ["NRRD0004", f"type: {kind}", "dimension: 3", f"sizes: {' '.join(map(str, samples.shape[::-1]))}",
+                 "encoding: raw", "endian: little", fields]
+        nrrd.write_bytes("\n".join(lines).encode() + b"\n" + samples.tobytes())
         path = self.folder / f"{name}.tag"
         subprocess.run([PROGRAM, "encode", nrrd, "-o", path, "-q", "-f"], check=True)
         return path
@@ -140,7 +145,8 @@ class ImageJ(unittest.TestCase):
         scale = "rescale_slope:=2\nrescale_intercept:=-100\nrescale_units:=HU\n"
         turned = 'space dimension: 3\nspace directions: (0,0.5,0) (0.25,0,0) (0,0,2)\nspace units: "um" "um" "um"\n'
         cases = [(dtype, fields, steps, values) for dtype in ("uint8", "int8", "int16", "uint16", "int32", "float32")
-                 for fields, steps, values in (("", "1 1 1 pixel", (1, 0)), ("spacings: 0.5 0.25 2\n", "0.5 0.25 2 mm", (1, 0)),
+                 for fields, steps, values in (("", "1 1 1 pixel", (1, 0)),
+                                               ("spacings: 0.5 0.25 2\n", "0.5 0.25 2 mm", (1, 0)),
                                                (turned + scale, "0.5 0.25 2 \u00b5m", (2, -100)))]
         paths = []
         for number, (dtype, fields, *_) in enumerate(cases):
@@ -162,8 +168,8 @@ class ImageJ(unittest.TestCase):
 
     def test_errors_are_what_the_program_says(self):
         (self.folder / "text.tag").write_text("text")
-        said = self.imagej(f'setBatchMode(true); call("ij.IJ.runPlugIn", "Tagrid_Reader", "{self.folder / "text.tag"}"); '
-                           'print("images: " + nImages);')
+        said = self.imagej('setBatchMode(true); call("ij.IJ.runPlugIn", "Tagrid_Reader", getArgument()); '
+                           'print("images: " + nImages);', self.folder / "text.tag")
         self.assertIn("text.tag", said)
         self.assertNotIn("images: 1", said)
 

@@ -36,9 +36,9 @@ export function registerTagrid(
 
 /**
  * A level of a volume as values, such as HU, at its place. Samples keep their type if they are values already, and
- * Cornerstone shows that type. Otherwise, values are 16-bit integers if they all are such numbers, and otherwise float32,
- * to which they are rounded. If slices have slopes of their own, it has stored samples, and a warning says so. Places in
- * an unknown coordinate system stay as they are.
+ * Cornerstone shows that type. Otherwise, values are 16-bit integers if they all are such numbers, and otherwise
+ * float32, to which they are rounded. If slices have slopes of their own, it has stored samples, and a warning says so.
+ * Places in an unknown coordinate system stay as they are.
  *
  * Fails with a RangeError if there is no such level, and as `Volume.read()` does.
  */

@@ -145,7 +145,8 @@ function windowOf(volume) {
   const [slope, intercept] = volume.pair("slice_slopes") === undefined ? scaleOf(volume) : [1, 0];
   if (!volume.range) return { windowWidth: undefined, windowCenter: undefined };
   const { low, high } = volume.range;
-  return { windowWidth: Math.max(Math.abs(slope * (high - low)), 1), windowCenter: (slope * (low + high)) / 2 + intercept };
+  const width = Math.max(Math.abs(slope * (high - low)), 1);
+  return { windowWidth: width, windowCenter: (slope * (low + high)) / 2 + intercept };
 }
 
 /** Spacing, origin and direction in millimeters, with x to the left, y to the back and z up, as in DICOM. */
