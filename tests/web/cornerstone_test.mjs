@@ -97,11 +97,12 @@ test("values have a type that Cornerstone knows, and are exact where it can hold
 
 test("the loader opens addresses, levels and volumes, and can be stopped", async () => {
   const registered = {};
-  registerTagrid({ cache: { getImage: (id) => (id.endsWith("_slice_0") ? { id } : undefined) },
+  const images = new Proxy({}, { get: (all, id) => (id.endsWith("_slice_0") ? (all[id] ??= { id }) : undefined) });
+  registerTagrid({ cache: { getImage: (id) => images[id] },
     imageLoader: { registerImageLoader: (scheme, function_) => (registered[`images ${scheme}`] = function_) },
     metaData: { addProvider: (function_) => (registered.provider = function_) },
     volumeLoader: { registerVolumeLoader: (scheme, function_) => (registered[`volumes ${scheme}`] = function_),
-      createLocalVolume: (id, options) => ({ id, ...options, invalidate() {} }) } }, open, { workers: 1 });
+      createLocalVolume: (id, options) => ({ id, ...options, imageIds: [`${id}_slice_0`], invalidate() {} }) } }, open, { workers: 1 });
   const loader = registered["volumes tagrid"];
   const server = await serve({ golden });
   try {
@@ -112,6 +113,8 @@ test("the loader opens addresses, levels and volumes, and can be stopped", async
       const plane = registered.provider("imagePlaneModule", `tagrid:${address}_slice_3`);
       assert.deepEqual(plane.imagePositionPatient, whole.origin.map((at, row) => at + 3 * whole.spacing[2] * whole.direction[6 + row]));
       assert.deepEqual([plane.columns, plane.rows], whole.dimensions.slice(0, 2));
+      assert.deepEqual(registered.provider("generalSeriesModule", `tagrid:${address}_slice_3`), { modality: "OT" });
+      assert.equal(images[`tagrid:${address}_slice_0`].windowWidth, whole.metadata.voiLut[0].windowWidth);
       for (const other of [["imagePlaneModule", `tagrid:${address}`], ["voiLutModule", `tagrid:${address}_slice_3`], ["imagePlaneModule", 5]])
         assert.equal(registered.provider(...other), undefined);
       const volume = await opened(join(golden, file));
@@ -182,13 +185,17 @@ test("Cornerstone3D shows a volume", { skip: why }, async () => {
       const drawn = new Promise((resolve) => viewport.element.addEventListener(Enums.Events.IMAGE_RENDERED, resolve, { once: true }));
       engine.renderViewports(["slice"]);
       await drawn;
+      engine.enableElement({ viewportId: "stack", element: document.getElementById("stack"), type: Enums.ViewportType.STACK });
+      const stack = engine.getViewport("stack");
+      await stack.setStack(volume.imageIds, 10);
+      stack.render();
       await new Promise((resolve) => setTimeout(resolve, 500));
-      const { width, height } = viewport.canvas;
-      const pixels = viewport.canvas.getContext("2d").getImageData(0, 0, width, height).data;
-      const greys = new Set();
-      for (let i = 0; i < pixels.length; i += 4) greys.add(pixels[i]);
+      const greysOf = ({ canvas }) => {
+        const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+        return new Set(pixels.filter((_, i) => i % 4 === 0)).size;
+      };
       return { dims: volume.dimensions, at: volume.imageData.indexToWorld([3, 4, 5]), value: volume.voxelManager.getAtIJK(3, 4, 5),
-        other: volume.voxelManager.getAtIJK(20, 15, 10), greys: greys.size, range: viewport.getProperties().voiRange,
+        other: volume.voxelManager.getAtIJK(20, 15, 10), greys: greysOf(viewport), ofStack: greysOf(stack), range: viewport.getProperties().voiRange,
         plane: metaData.get("imagePlaneModule", volume.imageIds[4]).imagePositionPatient };
     }
     try {
@@ -201,15 +208,15 @@ test("Cornerstone3D shows a volume", { skip: why }, async () => {
   const bundle = ["page.js", "--bundle", "--alias:events=./none.js", "--alias:url=./none.js", "--format=esm", "--target=esnext", "--external:/dist/*", "--outfile=bundle.js", "--log-level=error"];
   execFileSync(join(modules, ".bin", "esbuild"), bundle, { cwd: project, env: { ...process.env, NODE_PATH: modules } });
   writeFileSync(join(project, "page.html"),
-    '<!DOCTYPE html><div id="slice" style="width:300px;height:300px"></div><script type="module" src="/project/bundle.js"></script>');
+    '<!DOCTYPE html><style>div { width: 300px; height: 300px }</style><div id="slice"></div><div id="stack"></div><script type="module" src="/project/bundle.js"></script>');
   const server = await serve({ dist: process.env.TAGRID_DIST, made: folder, project });
   const browser = await startChromium();
   try {
-    const tab = await browser.newPage(400, 400);
+    const tab = await browser.newPage(400, 700);
     await tab.goTo(server.url("project/page.html"));
     await tab.until("true");
     if (process.env.TAGRID_PICTURE) await tab.picture(process.env.TAGRID_PICTURE);
-    const { error, dims, at, value, other, greys, range, plane } = await tab.evaluate("tagridViewer");
+    const { error, dims, at, value, other, greys, ofStack, range, plane } = await tab.evaluate("tagridViewer");
     assert.equal(error, undefined);
     assert.deepEqual(dims, [40, 30, 20]);
     [11.5, 22, 40].forEach((wanted, axis) => assert.ok(Math.abs(at[axis] - wanted) < 1e-4, String(at)));
@@ -217,10 +224,12 @@ test("Cornerstone3D shows a volume", { skip: why }, async () => {
     const all = decoded(path);
     const expected = (x, y, z) => 2 * all.readInt16LE(((z * 30 + y) * 40 + x) * 2) - 100;
     assert.deepEqual([value, other], [expected(3, 4, 5), expected(20, 15, 10)]);
-    assert.ok(greys > 10, `${greys} shades`);
+    assert.ok(greys > 10 && ofStack > 10, `${greys} and ${ofStack} shades`);
     assert.ok(range.upper > range.lower, JSON.stringify(range));
   } finally {
     await browser.close();
     server.close();
+    // Processes of the browser that end later write to its folder, which is removed at the end.
+    await new Promise((resolve) => setTimeout(resolve, 1000));
   }
 });

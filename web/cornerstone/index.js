@@ -17,13 +17,15 @@ export function registerTagrid({ cache, imageLoader, metaData, volumeLoader }, o
       const volume = volumeLoader.createLocalVolume(volumeId, { ...rest, scalarData, preventCache: true });
       // Its slices are to be sent to the graphics card: a volume that streams would say so of each one.
       volume.invalidate();
+      // Cornerstone gives the slices of such a volume windows without a width.
+      for (const imageId of volume.imageIds) Object.assign(cache.getImage(imageId), rest.metadata.voiLut[0]);
       return volume;
     };
     return { promise: load(), cancelFn: () => stopped.abort(), decache: () => known.delete(volumeId) };
   });
   // Cornerstone asks for slices of volumes that it has, by names that it gave them.
   imageLoader.registerImageLoader("tagrid", (imageId) => ({ promise: slice(cache, imageId) }));
-  metaData.addProvider((type, imageId) => planeOf(known, type, imageId), 100);
+  metaData.addProvider((type, imageId) => moduleOf(known, type, imageId), 100);
 }
 
 async function slice(cache, imageId) {
@@ -32,12 +34,16 @@ async function slice(cache, imageId) {
   return image;
 }
 
-/** Where a slice is: Cornerstone gives all slices of such a volume the place of the first one. */
-function planeOf(known, type, imageId) {
-  const name = typeof imageId === "string" && type === "imagePlaneModule" && /^(tagrid:.*)_slice_(\d+)$/.exec(imageId);
+/** What Cornerstone asks of a slice; undefined for anything else. */
+function moduleOf(known, type, imageId) {
+  const name = typeof imageId === "string" && /^(tagrid:.*)_slice_(\d+)$/.exec(imageId);
   const volume = name ? known.get(name[1]) : undefined;
-  if (!volume) return undefined;
-  const { dimensions, spacing, origin, direction, metadata } = volume;
+  if (volume && type === "generalSeriesModule") return { modality: volume.metadata.Modality };
+  return volume && type === "imagePlaneModule" ? planeOf(volume, Number(name[2])) : undefined;
+}
+
+/** Where a slice is: Cornerstone gives all slices of such a volume the place of the first one. */
+function planeOf({ dimensions, spacing, origin, direction, metadata }, number) {
   return {
     frameOfReferenceUID: metadata.FrameOfReferenceUID,
     rows: dimensions[1],
@@ -45,7 +51,7 @@ function planeOf(known, type, imageId) {
     imageOrientationPatient: direction.slice(0, 6),
     rowCosines: direction.slice(0, 3),
     columnCosines: direction.slice(3, 6),
-    imagePositionPatient: origin.map((first, row) => first + Number(name[2]) * spacing[2] * direction[6 + row]),
+    imagePositionPatient: origin.map((first, row) => first + number * spacing[2] * direction[6 + row]),
     pixelSpacing: [spacing[1], spacing[0]],
     rowPixelSpacing: spacing[1],
     columnPixelSpacing: spacing[0],
