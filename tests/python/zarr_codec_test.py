@@ -1,7 +1,11 @@
-"""The chunks of Zarr 3 arrays are .tag files, and what would be registered of it is true."""
+"""The chunks of Zarr 3 arrays are .tag files, and what would be registered of it is true.
+
+    zarr_codec_test.py rewrite      writes the sample arrays anew, with zarr 3
+"""
 
 import json
 import pathlib
+import shutil
 import sys
 import tempfile
 import unittest
@@ -176,6 +180,16 @@ def example(dtype):
     return (100 * z - 7 * y * y + x + ((3 * x + 5 * y + 7 * z) % 11 == 0) * 40).astype(dtype)
 
 
+def rewrite():
+    for name, chunks, codec in (("lossless_int16", (6, 4, 8), TagridCodec()),
+                                ("bounded_float32", (6, 7, 8), TagridCodec(max_error=0.5)),
+                                ("whole_chunks_uint8", (6, 7, 8), TagridCodec(max_error=5, whole_chunks=True))):
+        path = FORM / f"sample_data/{name}.zarr"
+        shutil.rmtree(path, ignore_errors=True)
+        dtype = name.rpartition("_")[2]
+        array_of(example(dtype), chunks, codec, str(path), fill_value=-9999 if dtype == "float32" else 0)
+
+
 def samples_of(path):
     """An array of sample_data, put together without zarr: chunks by their keys, each by tagrid."""
     about = json.loads((path / "zarr.json").read_text())
@@ -227,6 +241,8 @@ class Registration(unittest.TestCase):
 
 
 if __name__ == "__main__":
+    if sys.argv[1:] == ["rewrite"]:
+        sys.exit(rewrite())
     if not HAS_ZARR_3:
         print("in part not tested: there is no zarr 3 (Debian 12 has zarr 2)")
     unittest.main(argv=["zarr_codec_test"])
