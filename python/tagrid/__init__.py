@@ -25,7 +25,7 @@ from ._volume import Rescaled, Volume
 from ._writing import Writer, encode, verify
 
 __version__ = library_version().replace("-rc.", "rc")  # as PEP 440 spells it
-_MODULES = ("hdf5", "napari", "numcodecs", "paraview", "xarray", "zarr")
+_MODULES = ("hdf5", "napari", "numcodecs", "paraview", "references", "xarray", "zarr", "zarr_codec")
 __all__ = ["ArgumentError", "DamagedError", "Error", "InputError", "MaterialMesh", "MemoryLimitError", "Mesh", "NewerFormatError",
            "Rescaled", "Surface", "Volume", "Writer", "encode", "open", "verify"]
 
