@@ -48,6 +48,7 @@ NAVIGATION = {
         "Scale <docs/dev/scale>",
         "docs/dev/reliability",
         "Packages <docs/dev/packages>",
+        "Doors <docs/dev/doors>",
         "Adding a format <docs/dev/readers>",
         "How formats are read <docs/dev/reading>",
         "Programs for browsers <docs/dev/web>",
