@@ -1,4 +1,4 @@
-# Every library that tagrid uses, found by CMake's own means. docs/design.md says why each is used.
+# Every library that tagrid uses, found by CMake's own means. docs/dev/design.md says why each is used.
 find_package(PkgConfig QUIET)
 
 macro(tagrid_require package debian_package)

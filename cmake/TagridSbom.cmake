@@ -12,7 +12,7 @@ macro(tagrid_fields line)
 endmacro()
 
 function(tagrid_write_sbom)
-  # A dependency of docs/design.md a line: Debian's packages, name, license, a file that says where it was found, its module of
+  # A dependency of docs/dev/design.md a line: Debian's packages, name, license, a file that says where it was found, its module of
   # pkg-config, and its relationship with tagrid.
   set(png DYNAMIC_LINK)
   if(TAGRID_STATIC_PNG)

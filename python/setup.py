@@ -1,7 +1,7 @@
 """Builds the package with an installed libtagrid, which pkg-config finds: pip install ./python, or pip wheel ./python
 
 libtagrid.a is linked into the extension. Other libraries that not every Linux has are copied into the package, under
-names of their own, so that the wheel needs nothing but numpy: see docs/packages.md.
+names of their own, so that the wheel needs nothing but numpy: see docs/dev/packages.md.
 """
 
 import glob
@@ -134,6 +134,8 @@ setup(
     version=pkg_config("--variable=release")[0],
     description="CT volumes as .tag files: read in parts, written from arrays, with meshes and surfaces",
     license="Apache-2.0",
+    # napari lists packages with its own.
+    classifiers=["Framework :: napari", "Programming Language :: Python :: 3", "Topic :: Scientific/Engineering :: Image Processing"],
     packages=["tagrid", "tagrid.paraview"],
     package_data={"tagrid": ["py.typed", "*.pyi", "napari.yaml"]},
     python_requires=">=3.10",

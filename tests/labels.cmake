@@ -28,7 +28,7 @@ endfunction()
 label(slow
       OF "MemoryLimit(OfShapes)?\\.(IsKept(/narrow|ByEstimates|WhereTheGrid|WithOpenVdb|WithGzip)|ThatEncodingAccepts)"
          "^tools/(LargeVolume|Paper|MpiFaults.ARankThatIsKilled|RestoredFolder.GoesWithTheRunThatA)"
-         "^plugins/ParaView$"
+         "^plugins/ParaView$" "^docs/Site$"
          "OfALargeVolumeAre"
          "/(EstimatesOfType|MeshError|CoarsenedMesh|DerivedGridOfType).*<(signed char|unsigned short|unsigned int|int)>"
          "RealVolumes\\..*/(itk|ge_ct|foot|engine|vhf)"

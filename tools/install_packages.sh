@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs a named set of Debian packages if they are missing: for building, testing, also on a cluster, fuzzing, comparing
-# with other codecs, and making packages, the page of the viewer, the pictures of the documents and the report of the paper.
-#   tools/install_packages.sh build|mpi|python|page|packages|static|windows|arm64|reader|wheel|test|web|slurm|fuzz|bench|pictures|paper
+# with other codecs, and making packages, the page of the viewer, the pictures of the documents, their site and the report of
+# the paper.
+#   tools/install_packages.sh build|mpi|python|page|packages|static|windows|arm64|reader|wheel|test|web|slurm|fuzz|bench|pictures|paper|site
 # The sets are chosen by their names.
 # shellcheck disable=SC2034
 set -euo pipefail
@@ -35,11 +36,13 @@ reader=("${cross[@]}" lld npm python3-pip python3-setuptools python3-wheel)
 arm64=("${cross[@]}" g++-aarch64-linux-gnu qemu-user gperf)
 bench=("${build[@]}" python3 python3-numpy gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)
 pictures=("${python[@]}" python3-pil python3-matplotlib)
+# The site of the documents, see tools/site.sh.
+site=(python3-sphinx python3-myst-parser furo python3-breathe doxygen python3-numpy)
 paper=("${mpi[@]}" python3 python3-numpy python3-pil python3-vtk9 xvfb libgl1-mesa-dri fonts-dejavu-core)
 
 case "${1:-}" in
-  build|mpi|python|page|packages|static|windows|arm64|reader|wheel|test|web|slurm|fuzz|bench|pictures|paper) declare -n wanted=$1 ;;
-  *) echo "usage: $0 build|mpi|python|page|packages|static|windows|arm64|reader|wheel|test|web|slurm|fuzz|bench|pictures|paper" >&2; exit 64 ;;
+  build|mpi|python|page|packages|static|windows|arm64|reader|wheel|test|web|slurm|fuzz|bench|pictures|paper|site) declare -n wanted=$1 ;;
+  *) echo "usage: $0 build|mpi|python|page|packages|static|windows|arm64|reader|wheel|test|web|slurm|fuzz|bench|pictures|paper|site" >&2; exit 64 ;;
 esac
 
 missing=()

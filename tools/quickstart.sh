@@ -36,7 +36,7 @@ step "Done: build/release/tagrid"
 cat <<'END'
 To call it tagrid, as the documents do:
   export PATH="$PWD/build/release:$PATH"
-Not built, because this takes longer (docs/packages.md describes packages of everything):
+Not built, because this takes longer (docs/dev/packages.md describes packages of everything):
 - the page of `tagrid view` (0.8 GB of packages):
   tools/install_packages.sh page && web/build.sh
 - the Python module:

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds a wheel of the Python package tagrid-reader, which only reads: one for all Pythons of a system; see
-# docs/packages.md.
+# docs/dev/packages.md.
 #   tools/reader_wheel.sh [SYSTEM] [FOLDER]      SYSTEM: linux-x86_64, by default, linux-aarch64, macos-arm64,
 #                                                macos-x86_64 or windows; FOLDER: build/packages
 # It is built by tools/reader_library.sh, or by tools/windows.sh; with TAGRID_BUILD=FOLDER, there. With

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds the program and its readers without libraries of the system, in an archive with its page and documents; see
-# docs/packages.md.
+# docs/dev/packages.md.
 #   tools/static.sh [FOLDER]      FOLDER: where the archive goes, build/packages by default.
 # It is built in build/static. Debian has no static libraries of oneTBB, ISA-L and DCMTK; that of HDF5 needs libcurl, and
 # that of libtiff one under the GPL. So their source packages are built there.

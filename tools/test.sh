@@ -19,6 +19,7 @@ if [ "${1:-}" != --long ]; then
   [ "$web" = ON ] || echo "Left out, as emscripten, node or esbuild is missing (tools/install_packages.sh web): web/"
   tools/fuzz.sh
 else
+  tools/install_packages.sh site
   ctest --preset release -j "$((2 * $(nproc)))"
   for set in windows arm64 reader; do tools/install_packages.sh "$set"; done
   TAGRID_LONG=1 ctest --preset release -L '^longer$' --timeout 36000

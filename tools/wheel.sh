@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds a wheel of the Python package, which needs nothing but numpy; see docs/packages.md.
+# Builds a wheel of the Python package, which needs nothing but numpy; see docs/dev/packages.md.
 #   tools/wheel.sh [FOLDER]      FOLDER: where it goes, build/packages by default.
 # With TAGRID_BUILD=FOLDER, it uses the library that is built in that folder, and builds no other.
 set -euo pipefail

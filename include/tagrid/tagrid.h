@@ -62,8 +62,8 @@ extern "C" {
 
 /* The version of these declarations. */
 #define TAGRID_VERSION_MAJOR 1
-#define TAGRID_VERSION_MINOR 0
-#define TAGRID_VERSION_PATCH 0
+#define TAGRID_VERSION_MINOR 0 /* grows when something is added */
+#define TAGRID_VERSION_PATCH 0 /* grows when nothing but the library changes */
 
 /* The version of the library that is linked, as "1.0.0" or, before it is released, "1.0.0-rc.2". */
 TAGRID_API const char* tagrid_version(void);
@@ -113,8 +113,8 @@ TAGRID_API size_t tagrid_sample_size(tagrid_type type);
 
 /* The samples from `low` up to, but not including, `high`. */
 typedef struct tagrid_box {
-  int64_t low[3];
-  int64_t high[3];
+  int64_t low[3];  /* the first sample */
+  int64_t high[3]; /* one beyond the last sample, along each axis */
 } tagrid_box;
 
 /* The position of the samples in the world. Sample (x, y, z) is at
@@ -162,10 +162,10 @@ typedef struct tagrid_reader tagrid_reader;
  * several threads at once, and never for bytes beyond `*bytes`. */
 typedef struct tagrid_input {
   size_t struct_size;
-  void* user; /* passed to both functions */
-  int (*size)(void* user, uint64_t* bytes);
-  int (*read_at)(void* user, uint64_t offset, void* buffer, size_t count);
-  const char* name; /* for messages; may be NULL */
+  void* user;                                                              /* passed to both functions */
+  int (*size)(void* user, uint64_t* bytes);                                /* sets the size of the file */
+  int (*read_at)(void* user, uint64_t offset, void* buffer, size_t count); /* fills the buffer */
+  const char* name;                                                        /* for messages; may be NULL */
 } tagrid_input;
 
 TAGRID_API void tagrid_input_init_sized(tagrid_input* input, size_t size);
@@ -190,12 +190,14 @@ TAGRID_API void tagrid_reader_close(tagrid_reader* reader);
  * using another reader. Valid until the next call of this thread on any reader. */
 TAGRID_API const char* tagrid_reader_message(const tagrid_reader* reader);
 
+#define TAGRID_MOST_THRESHOLDS 8 /* the most that a file can have */
+
 /* The description of a file. All of it is known once the file is open. */
 typedef struct tagrid_info {
   size_t struct_size;
-  int64_t dims[3];
-  tagrid_type type;
-  tagrid_geometry geometry;
+  int64_t dims[3];          /* samples along x, y and z */
+  tagrid_type type;         /* of the samples */
+  tagrid_geometry geometry; /* where they are */
 
   /* How it was encoded. A bound that was not given is NaN. */
   int grid_only;    /* 1: a grid without stored voxels; samples are interpolated */
@@ -205,18 +207,18 @@ typedef struct tagrid_info {
   double mesh_error;    /* no original sample is further than this from the field of the mesh */
   int cube;             /* edge of a root cube, in samples */
   int levels;           /* the levels of the grid are 0 up to this number */
-  int accuracy;
-  double field_scale;
-  double range[2]; /* the range of values that gave the field scale; NaN if there was none */
+  int accuracy;         /* m of the curvature criterion */
+  double field_scale;   /* voxels per unit of value */
+  double range[2];      /* the range of values that gave the field scale; NaN if there was none */
 
   /* Errors that were measured during encoding. NaN if unknown. */
-  double achieved_max_error; /* infinite if a sample that is not finite did not come back */
-  double achieved_rmse;
-  double achieved_psnr; /* in dB, with max - min of the original as peak; infinite if rmse is 0 */
-  double achieved_mesh_error;
-  double low, high, mean; /* of the finite samples of the original */
+  double achieved_max_error;  /* infinite if a sample that is not finite did not come back */
+  double achieved_rmse;       /* the root of the mean of squared errors */
+  double achieved_psnr;       /* in dB, with max - min of the original as peak; infinite if rmse is 0 */
+  double achieved_mesh_error; /* of the field of the mesh, from the original samples */
+  double low, high, mean;     /* of the finite samples of the original */
 
-  /* Sizes, in bytes. */
+  /* Bytes of the file, or of this part of it. */
   uint64_t file_bytes, header_bytes, activity_bytes, value_bytes, index_bytes;
 
   int64_t bricks[3];      /* along x, y and z */
@@ -225,6 +227,12 @@ typedef struct tagrid_info {
   int lead; /* 1: every brick but the last ones holds brick_edge samples along each axis, so that such
                            * a chunk is a brick; 0: the first ones hold one more */
   int unknown_parts; /* parts of a newer version in the file, which are not needed for the samples */
+
+  /* Every sample is on the side of the original of each threshold: at least it, or below it. */
+  int threshold_count;
+  double thresholds[TAGRID_MOST_THRESHOLDS];         /* the least sample of the upper side, increasing */
+  uint64_t samples_at_least[TAGRID_MOST_THRESHOLDS]; /* how many samples are on the upper side */
+  uint64_t samples_moved[TAGRID_MOST_THRESHOLDS];    /* how many the loss had put on the other side */
 } tagrid_info;
 
 TAGRID_API void tagrid_info_init_sized(tagrid_info* info, size_t size);
@@ -349,8 +357,7 @@ TAGRID_API tagrid_status tagrid_reader_mesh(const tagrid_reader* reader, const t
 
 /* A material of a mesh for solvers: a range of values, or a label. */
 typedef struct tagrid_material {
-  const char*
-      name; /* at most 32 letters, digits and underscores, the first one a letter; no two differ in case alone */
+  const char* name; /* up to 32 letters, digits and underscores, the first a letter; case does not count */
   double low, high; /* the values from low up to, but not including, high; may be infinite */
   int64_t label;    /* if samples are labels */
 } tagrid_material;
@@ -359,12 +366,12 @@ typedef struct tagrid_material {
 typedef struct tagrid_material_mesh_options {
   size_t struct_size;
   const tagrid_material* materials; /* those to be meshed; values between two of them are of no material */
-  size_t material_count;
+  size_t material_count;            /* the number of `materials` */
   int labels; /* 1: samples are labels; without materials, all labels but 0 are meshed */
   double
       smoothing; /* of interfaces of labels: the distance of the knots of B-splines, 0 to 4 samples; default 1 */
-  double fine,
-      coarse; /* edges of the cubes at interfaces, and of the largest ones; 0: 2 * the smallest spacing, 8 * fine */
+  double fine;           /* edge of the cubes at interfaces; 0: 2 * the smallest spacing */
+  double coarse;         /* edge of the largest cubes; 0: 8 * fine */
   int best_angles;       /* 1: angles of 15 degrees or more instead of 9, for vertices that are less exact */
   int order;             /* 1: tetrahedra with 4 nodes; 2: with 10 */
   int largest_parts;     /* 1: only the largest connected part of each material */
@@ -470,8 +477,7 @@ typedef enum tagrid_error_rule TAGRID_INT {
 /* Where the grid is. */
 typedef enum tagrid_grid TAGRID_INT {
   TAGRID_GRID_DEFAULT = 0, /* derived with TAGRID_RULE_PSNR, _RATIO and _BITS, otherwise stored */
-  TAGRID_GRID_STORED =
-      1, /* in the file: that of the original samples. Not with TAGRID_RULE_RATIO and _BITS */
+  TAGRID_GRID_STORED = 1,  /* in the file: of the original samples. Not with TAGRID_RULE_RATIO and _BITS */
   TAGRID_GRID_DERIVED = 2 /* nowhere; what needs one computes that of the decoded samples. Not with grid_only,
                             * surface_error or mesh_error. */
 } tagrid_grid;
@@ -484,18 +490,17 @@ typedef int (*tagrid_read_samples)(void* user, int64_t first, int64_t count, voi
 /* The volume to encode, and the settings. dims and type must be set; the rest has defaults. */
 typedef struct tagrid_encode_options {
   size_t struct_size;
-  int64_t dims[3];
-  tagrid_type type;
+  int64_t dims[3];                 /* samples along x, y and z */
+  tagrid_type type;                /* of the samples */
   const tagrid_geometry* geometry; /* NULL: unknown */
-  const char*
-      metadata; /* more lines of an NRRD header, see tagrid_reader_metadata(), up to 16 MiB; NULL: none */
+  const char* metadata;            /* lines as of tagrid_reader_metadata(), up to 16 MiB; NULL: none */
 
-  int grid_only; /* 1: store only the grid; samples are interpolated */
-  tagrid_grid grid;
+  int grid_only;        /* 1: store only the grid; samples are interpolated */
+  tagrid_grid grid;     /* where the grid is */
   double max_error;     /* NaN: 0, which keeps every sample exactly; with grid_only no bound */
   double surface_error; /* bound of the active points, below max_error; NaN: none */
   double mesh_error;    /* bound of the mesh; NaN: none */
-  tagrid_effort effort;
+  tagrid_effort effort; /* time for smaller values */
 
   int accuracy;       /* m of the curvature criterion: more is finer (20) */
   int cube;           /* edge of a root cube: a power of two, 4 .. 256 (32) */
@@ -506,11 +511,11 @@ typedef struct tagrid_encode_options {
                        * bits need a range, a field scale, or read_samples, which gives the range. */
 
   /* What follows from the samples needs them before they are written. */
-  tagrid_error_rule error_rule; /* instead of max_error; needs read_samples */
-  double error_rule_value;
-  int range_from_data; /* 1: the range is that of the samples; needs read_samples */
-  tagrid_read_samples read_samples;
-  void* read_user;
+  tagrid_error_rule error_rule;     /* instead of max_error; needs read_samples */
+  double error_rule_value;          /* the multiple, fraction, dB, ratio or bits */
+  int range_from_data;              /* 1: the range is that of the samples; needs read_samples */
+  tagrid_read_samples read_samples; /* NULL: samples come from tagrid_encoder_write() alone */
+  void* read_user;                  /* passed to read_samples */
 
   int lead; /* 1: the lattice begins one step before the first sample, so that every brick owns as many samples
              * as its edge has; 0: at the first sample, for volumes of 2^k n + 1 samples (1) */
@@ -523,6 +528,11 @@ typedef struct tagrid_encode_options {
                              * axis has at most 256 samples, and none if the longest axis of the volume has at
                              * most 512, or with grid_only */
   const char* spool;        /* the directory for temporary files, which only overviews need; NULL: "/tmp" */
+
+  /* No sample changes its side of these values, whatever the bound allows: decoded, it is at least a threshold if the
+   * original is, and otherwise below it. At most TAGRID_MOST_THRESHOLDS, increasing. */
+  const double* thresholds; /* NULL: none */
+  size_t threshold_count;   /* the number of `thresholds` */
 } tagrid_encode_options;
 
 TAGRID_API void tagrid_encode_options_init_sized(tagrid_encode_options* options, size_t size);

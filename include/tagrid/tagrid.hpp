@@ -35,7 +35,7 @@ class Error : public std::runtime_error {
  public:
   Error(tagrid_status status, const std::string& message)
       : std::runtime_error(message.empty() ? tagrid_status_text(status) : message), status_(status) {}
-  tagrid_status status() const noexcept { return status_; }
+  tagrid_status status() const noexcept { return status_; }  ///< its kind
 
  private:
   tagrid_status status_;
@@ -68,7 +68,8 @@ using Point = std::array<std::int64_t, 3>;  ///< x, y, z
 
 /// The samples from `low` up to, but not including, `high`.
 struct Box {
-  Point low = {0, 0, 0}, high = {0, 0, 0};
+  Point low = {0, 0, 0};   ///< the first sample
+  Point high = {0, 0, 0};  ///< one beyond the last sample, along each axis
 };
 
 /// Limits of a call, and its progress; the defaults are those of tagrid_call_init().
@@ -145,7 +146,7 @@ struct Taken {
 class Input {
  public:
   virtual ~Input() = default;
-  virtual std::uint64_t size() = 0;
+  virtual std::uint64_t size() = 0;  ///< the bytes of the file
   /// Fills `to` with the bytes from `offset` on.
   virtual void read_at(std::uint64_t offset, std::span<std::byte> to) = 0;
 };
@@ -161,18 +162,18 @@ struct Mesh {
 
 /// A mesh with materials, all of it in memory.
 struct MaterialMesh {
-  struct Material {
-    std::string name;
-    std::int64_t label = 0;
+  struct Material {                        ///< its tetrahedra
+    std::string name;                      ///< as given, or made of the label
+    std::int64_t label = 0;                ///< see tagrid_material_mesh_sink
     std::vector<std::int64_t> tetrahedra;  ///< 4 or 10 point numbers for each
   };
-  struct Surface {
-    std::string name;
+  struct Surface {                        ///< its triangles
+    std::string name;                     ///< of both materials, or of one and a side of the box
     std::vector<std::int64_t> triangles;  ///< 3 or 6 point numbers for each
   };
-  std::vector<double> points;  ///< x, y, z of each point, in the world
-  std::vector<Material> materials;
-  std::vector<Surface> surfaces;
+  std::vector<double> points;       ///< x, y, z of each point, in the world
+  std::vector<Material> materials;  ///< by value or label
+  std::vector<Surface> surfaces;    ///< where a material ends
 };
 
 /// A surface of triangles, all of it in memory.
@@ -184,7 +185,7 @@ struct Surface {
 /// An open .tag file; see tagrid_reader.
 class Reader {
  public:
-  explicit Reader(const std::string& path) {
+  explicit Reader(const std::string& path) {  ///< see tagrid_reader_open_file()
     const tagrid_status status = tagrid_reader_open_file(path.c_str(), &reader_);
     own(status);
   }
@@ -213,7 +214,7 @@ class Reader {
   }
   ~Reader() { tagrid_reader_close(reader_); }
 
-  tagrid_info info() const {
+  tagrid_info info() const {  ///< see tagrid_reader_info()
     tagrid_info info;
     tagrid_info_init(&info);
     check(tagrid_reader_info(reader_, &info));
@@ -224,8 +225,8 @@ class Reader {
     const tagrid_info i = info();
     return {{0, 0, 0}, {i.dims[0], i.dims[1], i.dims[2]}};
   }
-  std::string metadata() const { return tagrid_reader_metadata(reader_); }
-  tagrid_brick brick(std::int64_t number) const {
+  std::string metadata() const { return tagrid_reader_metadata(reader_); }  ///< see tagrid_reader_metadata()
+  tagrid_brick brick(std::int64_t number) const {                           ///< see tagrid_reader_brick()
     tagrid_brick brick;
     tagrid_brick_init(&brick);
     check(tagrid_reader_brick(reader_, number, &brick));
@@ -465,7 +466,7 @@ class Encoder {
                                static_cast<std::int64_t>(samples.size() / slice_), nullptr));
   }
   template <class T>
-  void write(const std::vector<T>& samples) {
+  void write(const std::vector<T>& samples) {  ///< the same
     write(std::span<const T>(samples));
   }
   /// Waits until the last byte has been written. The file is complete only if this does not throw.

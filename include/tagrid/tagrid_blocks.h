@@ -15,7 +15,7 @@
  *         tagrid_blocks_give(blocks, ranges[i].offset, fetched(ranges[i]), ranges[i].bytes);
  *     }
  *
- * This half of the library needs no threads, no files and no oneTBB; see docs/web.md. The conventions are
+ * This half of the library needs no threads, no files and no oneTBB; see docs/dev/web.md. The conventions are
  * those of tagrid.h, except that a handle is used by one thread at a time.
  */
 #ifndef TAGRID_TAGRID_BLOCKS_H
@@ -31,8 +31,8 @@ extern "C" {
 
 /* Bytes of the file. */
 typedef struct tagrid_range {
-  uint64_t offset;
-  uint64_t bytes;
+  uint64_t offset; /* of the first byte in the file */
+  uint64_t bytes;  /* their number */
 } tagrid_range;
 
 /* What is known of a file, or of an overview or a volume in it. */
@@ -64,9 +64,10 @@ TAGRID_API tagrid_status tagrid_blocks_open(tagrid_blocks* blocks);
 /* As tagrid_reader_info(), tagrid_reader_metadata(), tagrid_reader_overviews() and tagrid_reader_volumes().
  * REQUIRES: tagrid_blocks_open() returned TAGRID_OK; otherwise TAGRID_INVALID_ARGUMENT, or "". */
 TAGRID_API tagrid_status tagrid_blocks_info(tagrid_blocks* blocks, tagrid_info* info);
-TAGRID_API const char* tagrid_blocks_metadata(const tagrid_blocks* blocks);
-TAGRID_API tagrid_status tagrid_blocks_overviews(tagrid_blocks* blocks, int64_t* factors);
-TAGRID_API tagrid_status tagrid_blocks_volumes(tagrid_blocks* blocks, int64_t* count);
+TAGRID_API const char* tagrid_blocks_metadata(const tagrid_blocks* blocks); /* as tagrid_reader_metadata() */
+TAGRID_API tagrid_status tagrid_blocks_overviews(tagrid_blocks* blocks,
+                                                 int64_t* factors);                    /* as of a reader */
+TAGRID_API tagrid_status tagrid_blocks_volumes(tagrid_blocks* blocks, int64_t* count); /* as of a reader */
 
 /* 1 if the file stores the grid of its bricks, 0 if it is computed from decoded samples, or the file is not
  * open. */
@@ -81,7 +82,8 @@ TAGRID_API const void* tagrid_blocks_header(const tagrid_blocks* blocks, size_t*
  * TAGRID_OK, the result is NULL. */
 TAGRID_API tagrid_status tagrid_blocks_overview(tagrid_blocks* blocks, int64_t factor,
                                                 tagrid_blocks** overview);
-TAGRID_API tagrid_status tagrid_blocks_volume(tagrid_blocks* blocks, int64_t number, tagrid_blocks** volume);
+TAGRID_API tagrid_status tagrid_blocks_volume(tagrid_blocks* blocks, int64_t number,
+                                              tagrid_blocks** volume); /* the same */
 
 /* A brick, and where its block is. */
 typedef struct tagrid_block {

@@ -1,5 +1,5 @@
 // The envelope of a volume: every byte of its files that is not a sample, so that the files can be given back
-// byte for byte; or, if samples are compressed, of the same files in their plain form. docs/format.md
+// byte for byte; or, if samples are compressed, of the same files in their plain form. docs/dev/format.md
 // specifies its bytes.
 #pragma once
 

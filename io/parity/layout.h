@@ -1,4 +1,4 @@
-// Where the blocks, the parity and its description lie. docs/format.md specifies every byte.
+// Where the blocks, the parity and its description lie. docs/dev/format.md specifies every byte.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Parity of a file: written after it is complete, and used to repair it. docs/format.md says what is stored.
+// Parity of a file: written after it is complete, and used to repair it. docs/dev/format.md says what is stored.
 #pragma once
 
 #include <cstddef>

@@ -40,17 +40,23 @@ std::uint64_t table_checksum(std::span<const std::byte> head, std::span<const st
   return checksum_of({head, table, field.bytes()});
 }
 
-std::size_t entry_size(int levels) { return 2 * 4 + 8 + static_cast<std::size_t>(levels + 1) * 8 + 10 * 8; }
+std::size_t entry_size(const CodingParameters& parameters) {
+  const auto levels = static_cast<std::size_t>(max_level(parameters.cube_size) + 1);
+  return 2 * 4 + 8 + levels * 8 + 10 * 8 + parameters.thresholds.count * 2 * 8;
+}
 
 /// The fields of a brick's statistics, for a FieldWriter or a FieldReader.
-void statistics_fields(auto& fields, auto& s, int levels) {
-  for (int level = 0; level <= levels; ++level) fields.field(s.active[static_cast<std::size_t>(level)]);
+void statistics_fields(auto& fields, auto& s, const CodingParameters& parameters) {
+  for (int level = 0; level <= max_level(parameters.cube_size); ++level)
+    fields.field(s.active[static_cast<std::size_t>(level)]);
   fields.field(s.max_error);
   fields.field(s.mesh_error);
   field_128(fields, s.sum_squared_error);
   for (auto* number : {&s.sum_squared_real, &s.low, &s.high, &s.sum}) fields.field(*number);
   fields.field(s.finite);
   fields.field(s.samples);
+  for (std::size_t i = 0; i < parameters.thresholds.count; ++i)
+    for (auto* counts : {&s.at_least, &s.moved}) fields.field(counts->all[i]);
 }
 
 }  // namespace
@@ -66,7 +72,7 @@ void PartWriter::write_brick(const BrickBytes& brick, const Statistics& statisti
   entry.put(static_cast<std::uint32_t>(brick.activity.size()));
   entry.put(static_cast<std::uint32_t>(brick.values.size()));
   entry.put(own);
-  statistics_fields(entry, statistics, max_level(parameters_.cube_size));
+  statistics_fields(entry, statistics, parameters_);
   table_.insert(table_.end(), entry.bytes().begin(), entry.bytes().end());
 }
 
@@ -101,16 +107,15 @@ void PartReader::read_exactly(std::byte* out, std::size_t size) {
 }
 
 void PartReader::read_table(const PartId& id, const CodingParameters& parameters) {
-  const int levels = max_level(parameters.cube_size);
   const std::vector<std::byte> expected = head_of(id);
   const std::uint64_t size = bytes_.size().value_or(0);
   // Not more bricks than fit into the file, so no memory is allocated for a false number.
   const auto count = static_cast<std::uint64_t>(id.bricks);
   constexpr std::uint64_t checksum_of_sums = 8;
   if (id.sums_bytes > size || size - id.sums_bytes < head_size + checksum_of_sums + tail_size ||
-      count > size / (block_frame_size + entry_size(levels)))
+      count > size / (block_frame_size + entry_size(parameters)))
     fail("the part is not complete");
-  const std::uint64_t table_size = count * entry_size(levels);
+  const std::uint64_t table_size = count * entry_size(parameters);
   sums_bytes_ = id.sums_bytes;
   const std::uint64_t besides = head_size + sums_bytes_ + checksum_of_sums + tail_size;
   if (table_size > size - besides) fail("the part is not complete");
@@ -134,7 +139,8 @@ void PartReader::read_table(const PartId& id, const CodingParameters& parameters
     entry.activity_bytes = entries.get<std::uint32_t>();
     entry.value_bytes = entries.get<std::uint32_t>();
     entry.own_checksum = entries.get<std::uint64_t>();
-    statistics_fields(entries, entry.statistics, levels);
+    entry.statistics.at_least.count = entry.statistics.moved.count = parameters.thresholds.count;
+    statistics_fields(entries, entry.statistics, parameters);
     blocks_size_ += entry.block_bytes();
     if (blocks_size_ > size - besides - table_size) fail("the part is damaged");
   }

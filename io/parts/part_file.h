@@ -1,5 +1,5 @@
 // A part of a .tag file in a separate file: its blocks as they will be in the entire file, and the data that
-// is needed to place them there. docs/design.md explains its purpose. Byte by byte (all little endian):
+// is needed to place them there. docs/dev/design.md explains its purpose. Byte by byte (all little endian):
 //
 //   head    "TAGPART\n", the run (8), the part's number (8), its first brick (8), bricks (8), checksum (8)
 //   blocks  as in the .tag file, but each ends in its own checksum

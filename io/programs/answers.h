@@ -1,5 +1,5 @@
 // JSON of conversations with readers and with writers: answers in lines, errors, and where samples lie.
-// docs/readers.md specifies it.
+// docs/dev/readers.md specifies it.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace tagrid {
 
 using Json = nlohmann::json;
 
-/// An answer that breaks the rules of docs/readers.md. The conversation adds the name of the program.
+/// An answer that breaks the rules of docs/dev/readers.md. The conversation adds the name of the program.
 struct WrongAnswer : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

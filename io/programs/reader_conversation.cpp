@@ -167,7 +167,7 @@ std::string setting_of(const std::string& option) { return option == "grid" ? "v
 }
 
 /// A program of which only twins open files. It has loaded its libraries and what these read; see
-/// docs/decisions/0062-many-small-volumes.md.
+/// docs/dev/decisions/0062-many-small-volumes.md.
 struct Original {
   std::vector<std::string> environment;  ///< with which it was started
   std::unique_ptr<FormatProgram> process;

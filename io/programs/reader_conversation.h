@@ -1,4 +1,4 @@
-// The conversation of tagrid and a reader program; docs/readers.md specifies it.
+// The conversation of tagrid and a reader program; docs/dev/readers.md specifies it.
 #pragma once
 
 #include <cstddef>

@@ -20,7 +20,7 @@ namespace {
 // of 4 KiB, that takes a seventh of an encoding, and more than that on virtual machines. Pages that are never
 // written take no memory. malloc() itself can be told to do this only from outside of the program
 // (GLIBC_TUNABLES), and mallopt() knows no large pages. So the heap is made to grow, and marked up to its
-// end, which sbrk(0) is. See docs/decisions/0037-large-pages.md.
+// end, which sbrk(0) is. See docs/dev/decisions/0037-large-pages.md.
 void grow_heap_in_large_pages() {
   constexpr std::size_t block = std::size_t{1} << 24, blocks = 7;  // less than is given back when it is freed
   std::array<void*, blocks> all;

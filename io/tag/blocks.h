@@ -1,4 +1,4 @@
-// The parts of a .tag file after its header: blocks, index and footer. docs/format.md specifies every byte.
+// The parts of a .tag file after its header: blocks, index and footer. docs/dev/format.md specifies every byte.
 #pragma once
 
 #include <array>

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <string_view>
 
@@ -25,6 +26,8 @@ constexpr std::array<std::uint8_t, 8> magic = {0x89, 'T', 'A', 'G', '\r', '\n', 
 constexpr std::uint32_t version = 5;
 constexpr std::size_t checksum_size = 8;
 constexpr std::uint32_t max_fields_size = 1 << 24;
+// Next to the bits of a step, which is positive.
+constexpr std::uint32_t filter_follows = std::uint32_t{1} << 31;
 
 // What a file is that is not a .tag file, and what to do: most often it is the volume itself, given by mistake.
 // Only the first bytes are there, which are too few for the table of formats. Nothing if it is unknown.
@@ -125,6 +128,14 @@ Status check_parameters(const CodingParameters& p) {
         return weight < -most_filter_weight || weight > most_filter_weight;
       })))
     return Status::broken("the filter has no transform before it, or weights out of range");
+  if (p.mode == FileMode::grid && p.thresholds.count > 0)
+    return Status::broken("a file without voxels has thresholds");
+  double before = -std::numeric_limits<double>::infinity();
+  for (const double threshold : p.thresholds.numbers()) {
+    if (threshold_of(threshold, p.type) != threshold || !(threshold > before))
+      return Status::broken("the thresholds are not increasing samples above the lowest one");
+    before = threshold;
+  }
   if (p.range_low > p.range_high)
     return Status::broken("the low end of the value range is above its high end");
   return {};
@@ -134,7 +145,8 @@ bool are_same(const CodingParameters& a, const CodingParameters& b) {
   FieldWriter of_a, of_b;
   parameter_fields(of_a, a);
   parameter_fields(of_b, b);
-  return of_a.bytes() == of_b.bytes() && a.transform_step == b.transform_step && a.filter == b.filter;
+  return of_a.bytes() == of_b.bytes() && a.transform_step == b.transform_step && a.filter == b.filter &&
+         a.thresholds == b.thresholds;
 }
 
 Status check_volumes(const CodingParameters& p, std::int64_t volumes) {
@@ -171,10 +183,12 @@ std::vector<std::byte> serialize_header(const TagHeader& header) {
   // At the end and only if there is one, so that other files keep their bytes.
   const CodingParameters& p = header.parameters;
   if (p.transform_step > 0)
-    fields.put(is_float_type(p.type) ? std::bit_cast<std::uint32_t>(static_cast<float>(p.transform_step))
-                                     : static_cast<std::uint32_t>(p.transform_step / least_transform_step));
+    fields.put((is_float_type(p.type) ? std::bit_cast<std::uint32_t>(static_cast<float>(p.transform_step))
+                                      : static_cast<std::uint32_t>(p.transform_step / least_transform_step)) |
+               (is_filter(p.filter) ? filter_follows : 0));
   if (is_filter(p.filter))
     for (const std::int16_t weight : p.filter) fields.put(static_cast<std::uint16_t>(weight));
+  for (const double threshold : p.thresholds.numbers()) fields.put(threshold);
 
   FieldWriter whole;
   whole.put_bytes(std::as_bytes(std::span(magic)));
@@ -225,18 +239,24 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
   const auto text_size = reader.get<std::uint32_t>();
   const auto packed_size = reader.get<std::uint32_t>();
   const auto packed = reader.get_bytes(packed_size);
-  const bool transformed = reader.left() > 0;
+  // A step has 4 bytes, a threshold 8.
+  const bool transformed = reader.left() % 8 == 4;
+  bool filtered = false;
   CodingParameters& p = header.parameters;
   p.transform_step = 0;
   if (transformed) {
-    const auto step = reader.get<std::uint32_t>();
+    auto step = reader.get<std::uint32_t>();
+    filtered = (step & filter_follows) != 0;
+    step &= ~filter_follows;
     p.transform_step =
         is_float_type(p.type) ? double{std::bit_cast<float>(step)} : step * least_transform_step;
   }
   p.filter = {};
-  const bool filtered = reader.left() > 0;
   if (filtered)
     for (std::int16_t& weight : p.filter) weight = static_cast<std::int16_t>(reader.get<std::uint16_t>());
+  p.thresholds = {};
+  while (reader.left() >= 8 && p.thresholds.count < most_thresholds)
+    p.thresholds.append(reader.get<double>());
   if (!reader.complete() || text_size > max_fields_size)
     return Status::broken("the header's fields do not fit its size");
   if (transformed && !(p.transform_step > 0))

@@ -1,4 +1,4 @@
-// The header of a .tag file. docs/format.md specifies every byte.
+// The header of a .tag file. docs/dev/format.md specifies every byte.
 #pragma once
 
 #include <cstddef>

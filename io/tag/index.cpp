@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint64_t section_head = 4 + 8, page_facts = 4 + 4 + 3 * 8;
 
 std::uint64_t volume_fields_size(const IndexForm& form) {
-  return static_cast<std::uint64_t>(form.levels) * 8 + 9 * 8 + (form.mesh ? 8 : 0);
+  return static_cast<std::uint64_t>(form.levels) * 8 + 9 * 8 + (form.mesh ? 8 : 0) + form.thresholds * 2 * 8;
 }
 
 /// The fields of the volume, for a FieldWriter or a FieldReader. `zero` follows the squared errors of floats.
@@ -32,6 +32,8 @@ void volume_fields(auto& fields, auto& index, const IndexForm& form, auto& zero)
   fields.field(total.finite);
   fields.field(index.activity_bytes);
   fields.field(index.value_bytes);
+  for (auto* counts : {&total.at_least, &total.moved})
+    for (std::size_t i = 0; i < form.thresholds; ++i) fields.field(counts->all[i]);
 }
 
 // Stored by columns, which compress better.
@@ -62,7 +64,7 @@ void put_section(FieldWriter& fields, std::uint32_t kind, const std::vector<std:
 
 IndexForm index_form(const CodingParameters& parameters) {
   const int levels = parameters.counts_points() ? max_level(parameters.cube_size) + 1 : 0;
-  return {levels, is_float_type(parameters.type), parameters.mesh_error >= 0};
+  return {levels, is_float_type(parameters.type), parameters.mesh_error >= 0, 1, parameters.thresholds.count};
 }
 
 std::uint64_t least_directory_size(std::int64_t pages, const IndexForm& form) {
@@ -98,6 +100,7 @@ Status parse_directory(std::span<const std::byte> bytes, std::int64_t pages, con
       if (size != volume_fields_size(form))
         return Status::broken("the section of the volume has an impossible size");
       std::uint64_t zero = 0;
+      index.total.at_least.count = index.total.moved.count = form.thresholds;
       volume_fields(section, index, form, zero);
       if (zero != 0) return Status::broken("the index has bits that must be 0");
       has_volume = true;

@@ -1,5 +1,5 @@
 // The index of a .tag file: pages with the sizes and statistics of bricks, and a directory of the pages and of
-// the whole volume, which lies beside the footer. docs/format.md specifies it.
+// the whole volume, which lies beside the footer. docs/dev/format.md specifies it.
 #pragma once
 
 #include <cstddef>
@@ -76,6 +76,7 @@ struct IndexForm {
   bool floats = false;  ///< the volume has floats, whose sum of squared errors is a float
   bool mesh = false;    ///< the mesh of the file has a bound, so its error is recorded
   int volumes = 1;      ///< all but the first one are members
+  std::size_t thresholds = 0;
 };
 IndexForm index_form(const CodingParameters& parameters);
 

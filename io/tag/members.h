@@ -1,4 +1,4 @@
-// Members of a .tag file: other content that is nested in it, such as overviews. docs/format.md specifies them.
+// Members of a .tag file: other content that is nested in it, such as overviews. docs/dev/format.md specifies them.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-# Not tried: see docs/packages.md. In a repository of Spack, this file is packages/tagrid/package.py.
+# Not tried: see docs/dev/packages.md. In a repository of Spack, this file is packages/tagrid/package.py.
 from spack.package import *
 
 

@@ -1,4 +1,4 @@
-# Not tried: see docs/packages.md. An overlay port of the sources around it:
+# Not tried: see docs/dev/packages.md. An overlay port of the sources around it:
 #   vcpkg install tagrid --overlay-ports=packaging/vcpkg --triplet x64-linux-dynamic
 set(SOURCE_PATH "${CMAKE_CURRENT_LIST_DIR}/../..")
 # libtagrid.so and libtagrid.a come from one build, so there is nothing to choose.

@@ -32,10 +32,11 @@ struct EncodedBrick {
   std::shared_ptr<MeshedBrick> mesh;  // only if its error has to be measured
 };
 
-EncodedBrick encode_one(SubdividedBrick brick, const CodingParameters& parameters) {
+EncodedBrick encode_one(SubdividedBrick brick, const CodingParameters& parameters, bool needs_sums) {
   EncodedBrick encoded{parameters.bricks().id(brick.brick), std::make_shared<BrickCode>(), {}};
   const BrickSamples samples = gather(brick.slices, parameters.domain().volume(), parameters.type,
                                       samples_to_encode(parameters, brick.brick));
+  if (needs_sums) encoded.code->filter_sums.emplace();
   encode_brick(samples, brick.active, parameters, brick.brick, *encoded.code);
   if (parameters.mesh_error >= 0)
     encoded.mesh = std::make_shared<MeshedBrick>(MeshedBrick{std::move(brick), {}});
@@ -65,14 +66,16 @@ void measure_mesh(EncodedBrick& encoded, const CodingParameters& parameters) {
 // What one run of the graph works with.
 struct Run {
   SliceSource& slices;
-  BrickSink* bricks;      // nullptr: bricks below those that are written
-  StripSums* sums;        // nullptr: none
-  ClosedSamples* closed;  // nullptr: the mesh needs no bricks below
+  BrickSink* bricks;        // nullptr: bricks below those that are written
+  StripSums* sums;          // nullptr: none
+  ClosedSamples* closed;    // nullptr: the mesh needs no bricks below
+  FilterSums* filter_sums;  // nullptr: nowhere
   Watch& watch;
   SinkFailure failure = {};
 };
 
 void hand_over(Run& run, std::int64_t id, BrickCode& code, std::size_t sample_bytes) {
+  if (run.filter_sums != nullptr) run.filter_sums->add(*code.filter_sums);
   try {
     run.bricks->write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
   } catch (...) {
@@ -132,7 +135,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   });
   flow::function_node<SubdividedBrick, EncodedBrick> encode_node(graph, workers, [&](SubdividedBrick brick) {
     const TimeOfNode time(Node::encode);
-    EncodedBrick encoded = encode_one(std::move(brick), parameters);
+    EncodedBrick encoded = encode_one(std::move(brick), parameters, run.filter_sums != nullptr);
     if (run.bricks != nullptr) run.watch.brick_done(encoded.id);
     return encoded;
   });
@@ -200,13 +203,13 @@ std::vector<BrickRows> rows_to_encode(const CodingParameters& parameters, const 
 void encode(const EncodeJob& job, std::span<const BrickRows> stretches, SliceSource& slices,
             BrickSink& bricks, Watch& watch, SumsSink* sums) {
   const CodingParameters& parameters = job.parameters();
-  Run run{slices, &bricks, nullptr, nullptr, watch};
+  Run run{slices, &bricks, nullptr, nullptr, job.filter_sums, watch};
   const auto encode_strip = [&](const BrickRows& strip) {
     std::optional<StripSums> of_strip;
     if (sums != nullptr) run.sums = &of_strip.emplace(parameters, strip, *sums);
     std::optional<ClosedSamples> closed;
     if (mesh_needs_bricks_below(parameters)) run.closed = &closed.emplace(parameters, strip);
-    Run below{slices, nullptr, nullptr, run.closed, watch};
+    Run below{slices, nullptr, nullptr, run.closed, nullptr, watch};
     for (const BrickRows& encoded : rows_to_encode(parameters, strip))
       build_and_run(parameters, encoded, job.plan.budget, encoded == strip ? run : below);
   };

@@ -8,6 +8,7 @@
 
 #include "io/tag/header.h"
 #include "pipeline/memory/plan.h"
+#include "stages/sample/filter_fit.h"
 
 namespace tagrid {
 
@@ -20,6 +21,8 @@ struct EncodeJob {
   std::string doubt_of_bound = {};   ///< why it may not be what is wanted; "" if nothing says that
   double times_read = 0;             ///< how often a sample was read to find that out
   std::uint64_t memory = 0;          ///< the most that this took, or that the plan allows
+  FilterSums* filter_sums =
+      nullptr;  ///< of a trial: the errors of transformed bricks are added; nullptr: nowhere
 
   const CodingParameters& parameters() const { return header.parameters; }
 };

@@ -85,6 +85,12 @@ void EncodeOptions::validate() const {
   const auto needs_stored = [](const Setting& what) {
     return Sentence("{} needs the grid in the file; it cannot be combined with {} derived", what, set::grid);
   };
+  require(thresholds.empty() || !grid_only,
+          {"{} are for voxels; they cannot be combined with {}", set::threshold, set::grid_only});
+  require(thresholds.size() <= most_thresholds, {"{} are at most {}", set::threshold, most_thresholds});
+  for (std::size_t i = 0; i < thresholds.size(); ++i)
+    require(std::isfinite(thresholds[i]) && (i == 0 || thresholds[i] > thresholds[i - 1]),
+            {"{} must be increasing finite numbers", set::threshold});
   const bool derived = grid == GridOrigin::derived;
   require(!derived || !grid_only, needs_stored(set::grid_only));
   require(!derived || !surface_error, needs_stored(set::surface_error));

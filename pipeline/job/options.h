@@ -22,6 +22,7 @@ inline constexpr Setting ratio = {"ratio", "the ratio"};
 inline constexpr Setting bits = {"bits", "the number of bits a voxel"};
 inline constexpr Setting surface_error = {"surface-error", "the bound of the active points"};
 inline constexpr Setting mesh_error = {"mesh-error", "the bound of the mesh"};
+inline constexpr Setting threshold = {"threshold", "the thresholds"};
 inline constexpr Setting effort = {"effort", "the effort"};
 inline constexpr Setting accuracy = {"accuracy", "the accuracy"};
 inline constexpr Setting cube = {"cube", "the edge of a root cube"};
@@ -70,6 +71,7 @@ struct EncodeOptions {
   std::optional<ErrorRule> error_rule;  ///< instead of max_error, or a PSNR besides it; see settle()
   std::optional<double> surface_error;  ///< bound of active voxels, below max_error
   std::optional<double> mesh_error;     ///< bound of the mesh: of its piecewise linear field
+  std::vector<double> thresholds;       ///< no voxel changes its side of these; increasing
   int accuracy = 20;                    ///< m
   int cube_size = 32;                   ///< S
   std::optional<int> max_level;         ///< for a limited run

@@ -1,6 +1,7 @@
 #include "pipeline/job/resolved_options.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +12,7 @@
 #include "io/tag/header.h"
 #include "io/volume/one_of_volumes.h"
 #include "stages/grid/lattice.h"
+#include "stages/sample/numbers.h"
 
 namespace tagrid {
 namespace {
@@ -81,7 +83,40 @@ void require_valid(const ResolvedOptions& options) {
 // Rules follow from the samples, whatever they stand for.
 bool bounds_values(const EncodeOptions& options) {
   return options.max_error.value_or(0) > 0 || options.surface_error.value_or(0) > 0 ||
-         options.mesh_error.value_or(0) > 0;
+         options.mesh_error.value_or(0) > 0 || !options.thresholds.empty();
+}
+
+// The least sample of the upper side of a threshold: of values that are at least it, or with a negative slope, below it.
+template <class T>
+std::optional<T> least_of_upper_side(double threshold, const Rescale& rescale) {
+  const auto is_upper = [&](T sample) {
+    const double value = rescale.slope * static_cast<double>(sample) + rescale.intercept;
+    return rescale.slope > 0 ? value >= threshold : value < threshold;
+  };
+  std::optional<T> least = threshold_of<T>((threshold - rescale.intercept) / rescale.slope);
+  if (!least) return {};
+  // The quotient is rounded: the product decides.
+  constexpr int most_off = 8;
+  for (int i = 0; i < most_off && !is_upper(*least) && *least < std::numeric_limits<T>::max(); ++i)
+    least = from_key<T>(key_of(*least) + 1);
+  for (int i = 0; i < most_off && is_upper(below_threshold(*least)); ++i) least = below_threshold(*least);
+  return threshold_of<T>(static_cast<double>(*least));
+}
+
+Thresholds thresholds_in_samples(const std::vector<double>& values, const Rescale& rescale, SampleType type) {
+  std::vector<double> samples;
+  for (const double value : values)
+    with_sample_type(type, [&](auto sample) {
+      const auto least = least_of_upper_side<decltype(sample)>(value, rescale);
+      require(least.has_value(), {"{} {}: all values that samples of {} can have are on one side of it",
+                                  setting::threshold, value, name_of(type)});
+      samples.push_back(static_cast<double>(*least));
+    });
+  std::ranges::sort(samples);
+  samples.erase(std::unique(samples.begin(), samples.end()), samples.end());
+  Thresholds thresholds;
+  for (const double sample : samples) thresholds.append(sample);
+  return thresholds;
 }
 
 // Turns what is given for values into what it is for samples. Returns how bounds follow from those of values.
@@ -166,6 +201,11 @@ ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& sour
           {"{}. The bound therefore cannot be converted to stored samples; give {} 0, which is lossless",
            source.scale_doubt, setting::max_error});
   const VolumeInfo info = info_of_volume(source, 0);
+  require(options.thresholds.empty() || !info.metadata.has_slopes_of_slices(),
+          {"each slice of this volume has its own slope and intercept, so {} are different samples in each; "
+           "leave "
+           "out {}",
+           setting::threshold, setting::threshold});
   require_valid(check_metadata(info.metadata), "this volume");
   ResolvedOptions resolved;
   resolved.options = options;
@@ -176,6 +216,7 @@ ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& sour
   resolved.volume = source.files.empty() ? "this volume" : source.shown_name();
   resolved.metadata = o.strip ? stripped(info.metadata) : info.metadata;
   resolved.parameters = parameters_but_scale(o, info);
+  resolved.parameters.thresholds = thresholds_in_samples(o.thresholds, source.rescale, info.type);
   resolved.volumes = static_cast<int>(source.info.volumes);
   resolved.overviews = overviews_of(o, info);
   resolved.range_from_data = !o.range && !o.field_scale && (o.range_from_data || is_wide_type(info.type));
@@ -196,6 +237,8 @@ std::vector<std::pair<std::string, std::string>> in_words(const CodingParameters
       {setting::max_error, bound(p.max_error)},
       {setting::surface_error, bound(p.surface_error)},
       {setting::mesh_error, bound(p.mesh_error)},
+      {setting::threshold,
+       p.thresholds.count == 0 ? "none" : fmt::format("{}", fmt::join(p.thresholds.numbers(), ","))},
       {setting::effort, std::string(name_of(p.effort))},
       {setting::accuracy, fmt::format("{}", p.accuracy)},
       {setting::cube, fmt::format("{}", p.cube_size)},

@@ -106,6 +106,10 @@ EncodeOptions options_of(const tagrid_encode_options& given) {
                                        ErrorRule::Kind::psnr, ErrorRule::Kind::ratio, ErrorRule::Kind::bits};
   if (given.error_rule != TAGRID_RULE_NONE)
     options.error_rule = ErrorRule{kinds[given.error_rule - TAGRID_RULE_NOISE], given.error_rule_value};
+  // One more than allowed is refused like any larger number.
+  if (given.thresholds != nullptr)
+    options.thresholds.assign(given.thresholds,
+                              given.thresholds + std::min(given.threshold_count, most_thresholds + 1));
   if (given.overviews != nullptr) options.overviews = factors_of(given.overviews);
   return options;
 }

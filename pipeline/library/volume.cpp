@@ -105,6 +105,13 @@ tagrid_info info_of(const TagHeader& header, const TagIndex& index, const TagSiz
   info.low = total.low;
   info.high = total.high;
   info.mean = total.finite > 0 ? total.sum / static_cast<double>(total.finite) : NAN;
+  static_assert(TAGRID_MOST_THRESHOLDS == most_thresholds);
+  info.threshold_count = static_cast<int>(p.thresholds.count);
+  for (std::size_t i = 0; i < p.thresholds.count; ++i) {
+    info.thresholds[i] = p.thresholds.all[i];
+    info.samples_at_least[i] = total.at_least.all[i];
+    info.samples_moved[i] = total.moved.all[i];
+  }
   info.file_bytes = sizes.file;
   info.header_bytes = sizes.header;
   info.activity_bytes = sizes.activity;

@@ -1,6 +1,6 @@
 // Plans how a volume is processed within the available memory: what is in flight, and in which strips.
 //
-// docs/design.md explains the sums (Memory). They are upper bounds: the memory of a brick was measured with
+// docs/dev/design.md explains the sums (Memory). They are upper bounds: the memory of a brick was measured with
 // noise, which needs the most.
 #pragma once
 

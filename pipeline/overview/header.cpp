@@ -32,6 +32,7 @@ TagHeader overview_header(const TagHeader& file, std::int64_t factor, const Stat
   p.brick_edge = std::min(p.brick_edge, std::max(1, largest_edge / p.cube_size));
   p.max_error = overview_bound(file.parameters, total);
   p.surface_error = p.mesh_error = -1;
+  p.thresholds = {};
   p.filter = {};  // it was fitted to the volume
   header.metadata = metadata_of_overview(file.metadata, factor, file.parameters.dims.z);
   return header;

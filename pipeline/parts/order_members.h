@@ -54,7 +54,8 @@ TAGRID_MEMBERS(StoredBits, bits, is_signed, add)
 TAGRID_MEMBERS(PlainPiece, kind, bytes, file, offset, size)
 
 TAGRID_MEMBERS(Statistics, active, max_error, mesh_error, sum_squared_error, sum_squared_real, low, high, sum,
-               finite, samples)
+               finite, samples, at_least, moved)
+TAGRID_MEMBERS(OfThresholds<std::uint64_t>, all, count)
 TAGRID_MEMBERS(OpenFace, below, axis, checksum)
 TAGRID_MEMBERS(Findings, counted, has_points, open_faces)
 

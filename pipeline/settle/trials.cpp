@@ -51,15 +51,14 @@ bool Trials::has_parts() const {
 }
 
 void Trials::fit_filter(double max_error, double step) {
-  FilterFit fit;
+  FilterSums sums;
   CodingParameters parameters = parameters_;
   parameters.brick_edge = has_parts() ? usual_edge_ : parameters.brick_edge;
   parameters.max_error = max_error;
   parameters.transform_step = step;
   parameters.filter = {};
-  parameters.fit = &fit;
-  encode(parameters, has_parts());
-  set_filter(fit.weights());
+  encode(parameters, has_parts(), &sums);
+  set_filter(fitted_weights(sums));
 }
 
 void Trials::set_filter(const FilterWeights& weights) {
@@ -98,9 +97,9 @@ std::vector<std::vector<BrickRows>> Trials::rows_of_volumes(const BrickGrid& bri
   return chosen;
 }
 
-Tried Trials::encode(const CodingParameters& parameters, bool sampled) {
+Tried Trials::encode(const CodingParameters& parameters, bool sampled, FilterSums* filter_sums) {
   const BrickGrid bricks = parameters.bricks();
-  EncodeJob job{.header = {parameters, {}}, .plan = plan_};
+  EncodeJob job{.header = {parameters, {}}, .plan = plan_, .filter_sums = filter_sums};
   // The plan counts rows of larger bricks.
   job.plan.rows *= std::max(parameters_.brick_edge / parameters.brick_edge, 1);
   const std::vector<std::vector<BrickRows>> chosen = rows_of_volumes(bricks, sampled);

@@ -11,6 +11,7 @@
 #include "pipeline/progress/progress.h"
 #include "stages/grid/brick_grid.h"
 #include "stages/sample/coding_parameters.h"
+#include "stages/sample/filter_fit.h"
 
 namespace tagrid {
 
@@ -46,7 +47,7 @@ class Trials {
   bool has_parts() const;
   /// All rows of each volume, or rows spread over them all.
   std::vector<std::vector<BrickRows>> rows_of_volumes(const BrickGrid& bricks, bool sampled) const;
-  Tried encode(const CodingParameters& parameters, bool sampled);
+  Tried encode(const CodingParameters& parameters, bool sampled, FilterSums* filter_sums = nullptr);
 
   VolumeSource& source_;
   CodingParameters parameters_;

@@ -29,7 +29,7 @@ enum class Node : std::uint8_t {
 
 /// What a node took so far in this process, as the processor time of the process is one number for all runs.
 struct NodeTime {
-  std::string_view name;   ///< as in docs/design.md
+  std::string_view name;   ///< as in docs/dev/design.md
   bool is_serial = false;  ///< true if one thread at a time is in this node
   double seconds = 0;      ///< of processor time, of all threads
 };

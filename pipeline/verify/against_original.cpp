@@ -101,13 +101,28 @@ void AgainstOriginal::compare_slice(const T* original, const T* decoded, Statist
     else if (std::isfinite(original[i]))
       errors.sum_squared_real = Statistics::limited(errors.sum_squared_real + error * error);
     errors.finite += is_finite(original[i]);
+    check_sides(original[i], decoded[i], i);
     if (error <= tightest) continue;
-    const Index3 p = rows_.low + Index3{i % parameters_.dims.x, i / parameters_.dims.x, 0};
-    if (error > bound || is_active(p))
+    if (error > bound || is_active(point_of(i)))
       throw BrokenInput("{}: voxel {} is {}, but {} in the original; they differ by more than {}", name_,
-                        text(p - bricks_.domain.first()), +decoded[i], +original[i],
+                        text(point_of(i) - bricks_.domain.first()), +decoded[i], +original[i],
                         error > bound ? bound : tightest);
   }
+}
+
+template <class T>
+void AgainstOriginal::check_sides(T original, T decoded, std::int64_t number) const {
+  for (const double threshold : parameters_.thresholds.numbers()) {
+    const auto least = static_cast<T>(threshold);
+    if ((original >= least) != (decoded >= least))
+      throw BrokenInput("{}: voxel {} is {}, but {} in the original, on the other side of the threshold {}",
+                        name_, text(point_of(number) - bricks_.domain.first()), +decoded, +original, +least);
+  }
+}
+
+// The point of a sample of `rows_`.
+Index3 AgainstOriginal::point_of(std::int64_t number) const {
+  return rows_.low + Index3{number % parameters_.dims.x, number / parameters_.dims.x, 0};
 }
 
 bool AgainstOriginal::is_active(Index3 p) const {

@@ -46,6 +46,9 @@ class AgainstOriginal {
   double mesh_error(const BrickMesh& mesh, const Box& rows) const;
   template <class T>
   void compare_slice(const T* original, const T* decoded, Statistics& errors) const;
+  template <class T>
+  void check_sides(T original, T decoded, std::int64_t number) const;
+  Index3 point_of(std::int64_t number) const;
   bool is_active(Index3 p) const;
 
   std::string name_;

@@ -223,6 +223,7 @@ Findings Verifier::verify(const BrickRows& rows, Watch& watch) {
     const ValueRange range = value_range(brick.samples, parameters().type);
     if (file_) ranges.add(std::array{file_->entry(brick.id)});
     ranges.add(range);
+    count_above(brick.samples, parameters(), found.counted.at_least);
     if (against)
       against->add_activity(brick.active);
     else
@@ -270,6 +271,8 @@ void Verifier::compare_with_index(const Statistics& counted, bool has_points) co
   const bool all_come_back = setup_.against || bound >= 0;
   if (all_come_back ? total.finite != counted.finite : total.finite > counted.samples)
     fail_index("the number of finite samples does not match the bricks");
+  if (total.at_least != counted.at_least)
+    fail_index("the number of samples that are at least a threshold does not match the bricks");
   const double of_mesh = parameters().mesh_error;
   if (Status status = check_extremes(index_); !status.ok()) fail_index(status.what());
   if (!setup_.against) return;

@@ -56,14 +56,16 @@ std::array<double, 2> range_of(std::span<const T> samples) {
 
 // A chunk of samples, or of their numbers, as a file. `lines` say more of it.
 template <class T>
-std::vector<std::byte> file_of(const Chunk& chunk, double max_error, tagrid_effort effort,
+std::vector<std::byte> file_of(const Chunk& chunk, const Choice& choice, double max_error,
                                std::span<const T> samples, const std::string& lines = "") {
   tagrid_encode_options options;
   tagrid_encode_options_init(&options);
   std::ranges::copy(chunk.dims, options.dims);
   options.type = type_of<T>();
   options.max_error = max_error;
-  options.effort = effort;
+  options.effort = choice.effort;
+  options.thresholds = choice.thresholds.data();
+  options.threshold_count = choice.thresholds.size();
   options.metadata = lines.c_str();
   // Nobody sees a grid in a data set. Whoever takes the chunk as a file still gets the one of the decoded
   // samples.
@@ -96,13 +98,13 @@ Lattice<T> lattice_of(const Chunk& chunk, double max_error) {
 
 template <class T>
 std::vector<std::byte> encode_samples(const Chunk& chunk, const Choice& choice, std::span<const T> samples) {
-  if (choice.whole_chunks) return file_of<T>(chunk, choice.max_error, choice.effort, samples);
+  if (choice.whole_chunks) return file_of<T>(chunk, choice, choice.max_error, samples);
   if (lattice_step(chunk.type, choice.max_error) > 0) {
     const auto lattice = lattice_of<T>(chunk, choice.max_error);
     if (const auto places = to_lattice<T>(samples, lattice))
-      return file_of<NumberOf<T>>(chunk, 0, choice.effort, places->numbers, lattice_lines(*places, lattice));
+      return file_of<NumberOf<T>>(chunk, choice, 0, places->numbers, lattice_lines(*places, lattice));
   }
-  return file_of<T>(chunk, 0, choice.effort, samples);
+  return file_of<T>(chunk, choice, 0, samples);
 }
 
 class Memory final : public Input {
@@ -130,6 +132,10 @@ void require_fit(const Chunk& chunk, const Choice& choice, const tagrid_info& in
   // False for a file without a bound, too: it is NaN.
   if (!(info.max_error <= choice.max_error))
     throw Error(TAGRID_BROKEN_INPUT, "the chunk was coded with a larger bound than that of the data set");
+  if (info.max_error > 0 &&
+      !std::ranges::equal(choice.thresholds,
+                          std::span(info.thresholds).first(static_cast<std::size_t>(info.threshold_count))))
+    throw Error(TAGRID_BROKEN_INPUT, "the chunk was coded with other thresholds than those of the data set");
   if (!choice.whole_chunks && info.max_error > 0)
     throw Error(
         TAGRID_BROKEN_INPUT,
@@ -175,13 +181,20 @@ void decode(const Chunk& chunk, const Choice& choice, std::span<const std::byte>
 
 namespace {
 
-constexpr unsigned layout = 2;
-constexpr std::size_t most_given = 4;
+constexpr unsigned layout = 2, layout_with_thresholds = 3;
 constexpr unsigned big_endian_flag = 256;
 
 [[noreturn]] void refuse(const std::string& message) { throw Error(TAGRID_INVALID_ARGUMENT, message); }
 
 std::uint64_t joined(unsigned low, unsigned high) { return std::uint64_t{high} << 32 | low; }
+
+// The least number of a type that is at least `value`, as files have it.
+double least_sample(tagrid_type type, double value) {
+  if (type == TAGRID_FLOAT64) return value;
+  if (type != TAGRID_FLOAT32) return std::ceil(value);
+  const auto nearest = static_cast<float>(value);
+  return nearest < value ? std::nextafter(nearest, std::numeric_limits<float>::infinity()) : nearest;
+}
 
 double bound_of(std::span<const unsigned> numbers) {
   if (numbers.empty()) return 0;
@@ -197,10 +210,14 @@ std::size_t Chunk::sample_count() const {
 }
 
 Choice choice_of(std::span<const unsigned> numbers) {
-  if (numbers.size() > most_given && numbers.size() != stored_numbers)
+  const bool is_stored = numbers.size() >= stored_numbers && numbers.size() % 2 == 1;
+  if (is_stored ? numbers.size() > most_stored
+                : numbers.size() > most_given ||
+                      (numbers.size() > least_with_thresholds && numbers.size() % 2 == 1))
     refuse(
         "the filter takes none to four numbers: E, or the low and high half of a double E, the effort, and 1 "
-        "if chunks are written as a whole");
+        "if chunks are written as a whole; and after these four, the low and high half of up to eight "
+        "thresholds");
   Choice choice;
   choice.max_error = bound_of(numbers);
   // False for NaN, too.
@@ -217,16 +234,23 @@ Choice choice_of(std::span<const unsigned> numbers) {
              std::to_string(numbers[3]));
     choice.whole_chunks = numbers[3] == 1;
   }
+  for (std::size_t i = is_stored ? stored_numbers : least_with_thresholds; i + 1 < numbers.size(); i += 2)
+    choice.thresholds.push_back(std::bit_cast<double>(joined(numbers[i], numbers[i + 1])));
+  if (!choice.thresholds.empty() && !choice.whole_chunks)
+    refuse(
+        "thresholds need chunks that are written as a whole: the fourth number must be 1 (whole_chunks in "
+        "Python)");
   return choice;
 }
 
 Chunk chunk_of(std::span<const unsigned> numbers) {
-  if (numbers.size() != stored_numbers)
+  if (numbers.size() < stored_numbers || numbers.size() > most_stored || numbers.size() % 2 == 0)
     refuse("the file has " + std::to_string(numbers.size()) + " numbers for the filter where " +
-           std::to_string(stored_numbers) + " belong");
-  if (numbers[4] != layout)
+           std::to_string(stored_numbers) + " belong, or more of them with thresholds");
+  if (numbers[4] != (numbers.size() == stored_numbers ? layout : layout_with_thresholds))
     refuse("the filter's numbers are of version " + std::to_string(numbers[4]) +
-           ", and this one knows version " + std::to_string(layout) + ": a newer tagrid may read them");
+           ", and this one knows version " + std::to_string(layout) + " and " +
+           std::to_string(layout_with_thresholds) + ": a newer tagrid may read them");
   Chunk chunk;
   chunk.type = static_cast<tagrid_type>(numbers[5] & ~big_endian_flag);
   chunk.big_endian = (numbers[5] & big_endian_flag) != 0;
@@ -244,19 +268,25 @@ Chunk chunk_of(std::span<const unsigned> numbers) {
   return chunk;
 }
 
-std::array<unsigned, stored_numbers> numbers_of(const Choice& choice, const Chunk& chunk) {
+std::vector<unsigned> numbers_of(const Choice& choice, const Chunk& chunk) {
   const auto bound = std::bit_cast<std::uint64_t>(choice.max_error);
-  return {static_cast<unsigned>(bound),
-          static_cast<unsigned>(bound >> 32),
-          static_cast<unsigned>(choice.effort),
-          choice.whole_chunks ? 1U : 0U,
-          layout,
-          static_cast<unsigned>(chunk.type) | (chunk.big_endian ? big_endian_flag : 0),
-          static_cast<unsigned>(chunk.dims[0]),
-          static_cast<unsigned>(chunk.dims[1]),
-          static_cast<unsigned>(chunk.dims[2]),
-          static_cast<unsigned>(chunk.fill),
-          static_cast<unsigned>(chunk.fill >> 32)};
+  std::vector<unsigned> numbers = {
+      static_cast<unsigned>(bound),
+      static_cast<unsigned>(bound >> 32),
+      static_cast<unsigned>(choice.effort),
+      choice.whole_chunks ? 1U : 0U,
+      choice.thresholds.empty() ? layout : layout_with_thresholds,
+      static_cast<unsigned>(chunk.type) | (chunk.big_endian ? big_endian_flag : 0),
+      static_cast<unsigned>(chunk.dims[0]),
+      static_cast<unsigned>(chunk.dims[1]),
+      static_cast<unsigned>(chunk.dims[2]),
+      static_cast<unsigned>(chunk.fill),
+      static_cast<unsigned>(chunk.fill >> 32)};
+  for (const double threshold : choice.thresholds) {
+    const auto bits = std::bit_cast<std::uint64_t>(least_sample(chunk.type, threshold));
+    numbers.insert(numbers.end(), {static_cast<unsigned>(bits), static_cast<unsigned>(bits >> 32)});
+  }
+  return numbers;
 }
 
 }  // namespace tagrid::hdf5

@@ -23,6 +23,8 @@ struct Choice {
   /// Every chunk is written once, as a whole: then it may be coded without the lattice, which takes fewer
   /// bytes. Otherwise the bound holds however often HDF5 encodes what it decoded.
   bool whole_chunks = false;
+  /// No sample changes its side of these; only with whole_chunks.
+  std::vector<double> thresholds;
 };
 
 /// The samples of a chunk.
@@ -43,11 +45,15 @@ struct Chunk {
 ///     low high                 the bound is a double, by its 32 low and its 32 high bits
 ///     low high effort          0 default, 1 fast, 2 best
 ///     low high effort whole    1: chunks are written once, as a whole; 0: they may be written in parts
+///     low high effort 1 ...    and thresholds, each a double as two numbers, up to eight
 ///
 /// What is stored in a file has eleven: low, high, effort, whole, the version of this layout (2), type + 256
 /// if samples are big endian, the samples of a chunk along x, y and z, and the 32 low and 32 high bits of the
-/// fill value.
-constexpr std::size_t stored_numbers = 11;
+/// fill value. Then come the thresholds. So what is given has an even number of numbers, and what is stored an odd one,
+/// unless it is one number.
+constexpr std::size_t stored_numbers = 11, least_with_thresholds = 4,
+                      most_given = least_with_thresholds + 2 * TAGRID_MOST_THRESHOLDS,
+                      most_stored = stored_numbers + 2 * TAGRID_MOST_THRESHOLDS;
 
 /// What a user chose, or a stored data set has. Throws Error if the numbers say nothing, or the bound is no
 /// bound.
@@ -56,7 +62,7 @@ Choice choice_of(std::span<const unsigned> numbers);
 /// Throws Error if the numbers are not those of a stored data set, or its chunk is larger than HDF5 allows.
 Chunk chunk_of(std::span<const unsigned> numbers);
 
-std::array<unsigned, stored_numbers> numbers_of(const Choice& choice, const Chunk& chunk);
+std::vector<unsigned> numbers_of(const Choice& choice, const Chunk& chunk);
 
 /// The chunk as a .tag file without a stored grid: of the samples, or of their places on a lattice
 /// (lattice.h). Throws Error.

@@ -96,7 +96,7 @@ std::vector<unsigned> given_numbers(hid_t properties, unsigned& flags) {
     throw Error(TAGRID_INVALID_ARGUMENT,
                 "tagrid must be the first filter: it needs samples, not what shuffle, scaleoffset or another "
                 "filter makes of them");
-  std::vector<unsigned> numbers(stored_numbers + 1);
+  std::vector<unsigned> numbers(most_stored + 1);
   std::size_t count = numbers.size();
   if (H5Pget_filter_by_id2(properties, filter_id, &flags, &count, numbers.data(), 0, nullptr, nullptr) < 0)
     throw Error(TAGRID_INVALID_ARGUMENT, "HDF5 does not give the filter's numbers");

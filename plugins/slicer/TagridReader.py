@@ -2,11 +2,14 @@
 module paths.
 
 The program `tagrid` decodes the file to a temporary file, which Slicer reads, and says where the samples are. It is
-looked for in the environment variable TAGRID, then in PATH.
+looked for in the environment variable TAGRID, then in PATH. Without the program, the package tagrid_reader decodes the
+file, if it is installed in Slicer's Python.
 """
 
 import json
+import math
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -73,8 +76,31 @@ def program():
     found = shutil.which(os.environ.get("TAGRID", "tagrid"))
     if found is None:
         raise FileNotFoundError("the program tagrid was not found: install it, or set TAGRID to its path "
-                                "before Slicer starts")
+                                "before Slicer starts; or install the package tagrid_reader in Slicer's Python")
     return found
+
+
+def package():
+    """The package tagrid_reader, if there is no program; None otherwise."""
+    if "TAGRID" in os.environ or shutil.which("tagrid"):
+        return None
+    try:
+        import tagrid_reader
+    except ImportError:
+        return None
+    return tagrid_reader
+
+
+def geometry_of(volume):
+    """As `tagrid info --json` gives it, of a volume of tagrid_reader."""
+    info, metadata = volume.info, volume.metadata
+    words = metadata.get("space units") or metadata.get("units") or ""
+    units = re.findall(r'"([^"]*)"', words)
+    spacing = [None if math.isnan(step) else step for step in info["spacing"]]
+    return {"spacing": spacing if info["has_spacing"] else None,
+            "directions": info["directions"] if info["has_directions"] else None,
+            "origin": info["origin"] if info["has_origin"] else None,
+            "space": metadata.get("space"), "units": units if len(units) == 3 else None}
 
 
 def run(*arguments):
@@ -134,6 +160,13 @@ class TagridReaderFileReader:
         path = properties["fileName"]
         name = properties.get("name") or os.path.splitext(os.path.basename(path))[0]
         try:
+            reader = package()
+            if reader is not None:
+                with reader.open(path) as volume:
+                    matrix = ijk_to_ras(geometry_of(volume))
+                    node = slicer.util.addVolumeFromArray(volume.rescaled.read(), ijkToRAS=matrix, name=name)
+                self.parent.loadedNodes = [node.GetID()]
+                return True
             matrix = vtk.vtkMatrix4x4()
             geometry = json.loads(run("info", path, "--json", "--no-levels"))["geometry"]
             for row, numbers in enumerate(ijk_to_ras(geometry)):

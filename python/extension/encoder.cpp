@@ -57,6 +57,10 @@ Encoder::Encoder(const py::dict& given_options, py::function write, py::object r
   set("overviews", overviews);
   overviews.push_back(0);
   if (given_options.contains("overviews")) options.overviews = overviews.data();
+  std::vector<double> thresholds;
+  set("thresholds", thresholds);
+  options.thresholds = thresholds.data();
+  options.threshold_count = thresholds.size();
   std::string spool;
   set("spool", spool);
   options.spool = spool.c_str();

@@ -73,6 +73,12 @@ py::dict dict_of(const tagrid_info& info) {
   d["lead"] = info.lead;
   d["active_points"] = info.active_points;
   d["unknown_parts"] = info.unknown_parts;
+  py::list thresholds;
+  for (int i = 0; i < info.threshold_count; ++i)
+    thresholds.append(py::dict(py::arg("value") = info.thresholds[i],
+                               py::arg("at_least") = info.samples_at_least[i],
+                               py::arg("moved") = info.samples_moved[i]));
+  d["thresholds"] = thresholds;
   return d;
 }
 

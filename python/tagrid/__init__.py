@@ -25,7 +25,7 @@ from ._volume import Rescaled, Volume
 from ._writing import Writer, encode, verify
 
 __version__ = library_version().replace("-rc.", "rc")  # as PEP 440 spells it
-_MODULES = ("hdf5", "napari", "numcodecs", "paraview", "xarray", "zarr")
+_MODULES = ("hdf5", "napari", "numcodecs", "paraview", "references", "xarray", "zarr", "zarr_codec")
 __all__ = ["ArgumentError", "DamagedError", "Error", "InputError", "MaterialMesh", "MemoryLimitError", "Mesh", "NewerFormatError",
            "Rescaled", "Surface", "Volume", "Writer", "encode", "open", "verify"]
 
@@ -54,8 +54,8 @@ def open(source: Any, threads: int = 0) -> Volume:  # noqa: A001: as gzip.open()
     """Opens a .tag file. Reads its header and index now, and its samples on demand.
 
     source: a path; a seekable binary file object, whose reads are guarded by a lock; bytes, bytearray or
-        memoryview; or any object with read_at(offset, size) and size. read_at() returns bytes and must allow
-        concurrent calls. size is a number or a method.
+        memoryview; or any object with read_at(offset, size) and size, such as a file on a server. read_at()
+        returns bytes and must allow concurrent calls. size is a number or a method.
     threads: the default for each call; 0: all processors that the process may use.
 
     >>> import numpy, tagrid

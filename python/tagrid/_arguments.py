@@ -90,6 +90,14 @@ def factors(overviews: Any) -> Optional[list[int]]:
     return found
 
 
+def thresholds(threshold: Any) -> list[float]:
+    """One number, or several, as increasing ones."""
+    try:
+        return sorted(float(value) for value in ([threshold] if isinstance(threshold, (int, float)) else threshold))
+    except (TypeError, ValueError):
+        raise ArgumentError(f"threshold must be a number or several, such as 300 or (-500, 300), not {threshold!r}") from None
+
+
 def one_of(name: str, value: Any, choices: Iterable[str]) -> None:
     if value not in choices:
         raise ArgumentError(f"{name} is one of {', '.join(choices)}, not {value!r}")

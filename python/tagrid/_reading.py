@@ -225,14 +225,14 @@ class Volume:
     def read(self, region: Optional[Region] = None, step: Union[int, Sequence[int]] = 1,
              out: Any = None, *, threads: Optional[int] = None, memory_limit: int = 0,
              progress: Progress = None) -> npt.NDArray[Any]:
-        """Reads the samples of a region, ((z0, z1), (y0, y1), (x0, x1)), excluding the second number; None:
-        all.
+        """Reads samples, and caches nothing.
 
+        region: ((z0, z1), (y0, y1), (x0, x1)), excluding the second numbers; None: all.
         step: 2 takes every second sample. One number for all axes, or one for each (z, y, x).
         out: a writable array of the same shape and dtype, with any strides. It is filled and returned.
-        threads: 0 for all processors; None for the number given to open(). memory_limit: bytes for the
-        work, without the result; 0: no limit. progress(done, total): called from time to time with bytes of
-        samples; an exception cancels the call.
+        threads: 0 for all processors; None for the number given to open().
+        memory_limit: bytes for the work, without the result; 0: no limit.
+        progress(done, total): called from time to time with bytes of samples; an exception cancels the call.
 
         ArgumentError: the region is not within the volume, or `out` does not fit. TypeError: `out` is not an
         array, or has another type. DamagedError, InputError, MemoryLimitError: see their help.

@@ -26,6 +26,9 @@ class Volume(_reading.Volume):
     Axes are z, y, x, as in numpy: v[z, y, x]. World coordinates are x, y, z. Samples are stored samples, each
     within max_error of the original. If metadata has "rescale_slope", value = slope * sample + intercept, and
     v.rescaled[z, y, x] is that value. Any number of threads may use one volume.
+
+    A volume can be pickled if its source can: a path, bytes, an fsspec file, or an object with read_at(). It is
+    then opened again; if the file was replaced in the meantime, that is an InputError.
     """
 
     def verify(self, *, threads: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> None:

@@ -11,7 +11,7 @@ from typing import Any, Callable, Optional, Protocol, Sequence, Union, overload
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import EFFORTS, GRIDS, encoder_settings, error_rule, factors, one_of, work
+from ._arguments import EFFORTS, GRIDS, encoder_settings, error_rule, factors, one_of, thresholds, work
 from ._arrays import AnySamples, as_volume, checked_dtype, checked_shape, slabs_of
 from ._errors import ArgumentError, DamagedError, InputError
 from ._files import NewFile
@@ -39,7 +39,8 @@ class Writer:
 
     The file gets its name at the end of the block, complete and on disk. If the block raises an exception or
     writes too few slices, no file remains, and an existing file stays. Memory does not grow with the number
-    of slices.
+    of slices. A process that is forked inside the block cannot use the writer, and does not disturb it. To
+    cancel from a callback, raise an exception; do not call close().
 
     out: a path, or an object with write(), which receives the bytes as they are produced.
     shape: samples along z, y and x. dtype: one of the eight types of samples.
@@ -61,7 +62,8 @@ class Writer:
                  memory_limit: int = 0, progress: Progress = None, relative_error: Optional[float] = None,
                  psnr: Optional[float] = None, ratio: Optional[float] = None,
                  bits: Optional[float] = None, samples: Optional[Callable[[int, int], Any]] = None,
-                 overviews: Union[str, Sequence[int]] = "auto"):
+                 overviews: Union[str, Sequence[int]] = "auto",
+                 threshold: Union[float, Sequence[float], None] = None):
         self._shape = checked_shape(shape)
         self._dtype = checked_dtype(dtype)
         one_of("effort", effort, EFFORTS)
@@ -86,6 +88,8 @@ class Writer:
         chosen = factors(overviews)
         if chosen is not None:
             options["overviews"] = chosen
+        if threshold is not None:
+            options["thresholds"] = thresholds(threshold)
         options["spool"] = os.fsencode(_spool_of(out))
         settings = work(threads, memory_limit)
         self._file = NewFile(out) if isinstance(out, (str, bytes, os.PathLike)) else None
@@ -192,7 +196,8 @@ def encode(array_or_path: Any, out: None = None, max_error: Union[float, str, No
            lead: Optional[int] = None, accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
            relative_error: Optional[float] = None, psnr: Optional[float] = None, ratio: Optional[float] = None,
            bits: Optional[float] = None,
-           overviews: Union[str, Sequence[int]] = "auto") -> bytes: ...
+           overviews: Union[str, Sequence[int]] = "auto",
+           threshold: Union[float, Sequence[float], None] = None) -> bytes: ...
 
 
 @overload
@@ -205,7 +210,8 @@ def encode(array_or_path: Any, out: Output, max_error: Union[float, str, None] =
            lead: Optional[int] = None, accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
            relative_error: Optional[float] = None, psnr: Optional[float] = None, ratio: Optional[float] = None,
            bits: Optional[float] = None,
-           overviews: Union[str, Sequence[int]] = "auto") -> None: ...
+           overviews: Union[str, Sequence[int]] = "auto",
+           threshold: Union[float, Sequence[float], None] = None) -> None: ...
 
 
 def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, None] = 0,
@@ -217,17 +223,19 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
            lead: Optional[int] = None, accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
            relative_error: Optional[float] = None, psnr: Optional[float] = None, ratio: Optional[float] = None,
            bits: Optional[float] = None,
-           overviews: Union[str, Sequence[int]] = "auto") -> Optional[bytes]:
+           overviews: Union[str, Sequence[int]] = "auto",
+           threshold: Union[float, Sequence[float], None] = None) -> Optional[bytes]:
     """Encodes a volume as a .tag file. If `out` is None, returns its bytes.
 
     array_or_path: samples (z, y, x) of uint8, int8, uint16, int16, uint32, int32, float32 or float64, with
         any strides and byte order. Or any object with shape, dtype and slices, which is loaded slab by slab
-        (h5py, zarr, dask). Or a lossless Volume, or the path of one; its position and metadata are kept. Or
-        an xarray DataArray, whose coordinates along z, y and x give its position. Its attributes are kept,
-        and a warning names those that are not. For DICOM, TIFF and other scans, use the program `tagrid
-        encode`.
+        (h5py, zarr, dask). Or a lossless Volume, or the path of one; its position and metadata are kept. (A
+        volume with a bound is an ArgumentError, because the errors of two encodings add up.) Or an xarray
+        DataArray, whose coordinates along z, y and x give its position. Its attributes are kept, and a warning
+        names those that are not. For DICOM, TIFF and other scans, use the program `tagrid encode`.
     out: a path, or an object with write(). The file appears at the path once it is complete and on disk, and
-        replaces an existing one.
+        replaces an existing one. write() may accept only some of the bytes and return their number, or all of
+        them and return None.
     max_error: no sample is off by more than this, in units of the samples; 0: lossless. "noise:K": K times
         the standard deviation of the noise. None, with grid_only: no bound.
     relative_error: instead of max_error, the bound as a fraction of the range of the samples. psnr: the smallest
@@ -237,7 +245,7 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
     spacing: the distances between samples along z, y and x, usually in mm.
     affine: 4 x 4: from voxels (x, y, z, 1) to world coordinates, as in Volume.affine.
     metadata: names and strings to keep, as in Volume.metadata; or lines of an NRRD header, as in
-    Volume.header.
+        Volume.header.
     effort: "fast", "default" or "best": trades time for size.
     threads: 0: all processors that the process may use.
     surface_error, mesh_error: bounds for the active points and for the mesh.
@@ -246,13 +254,16 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
         grid, and samples are interpolated.
     value_range: (low, high), the span of values that matters for the grid. The default is the range of the
         type, or of the samples for types of 32 and 64 bits. field_scale, max_level, accuracy, cube (the edge
-        of a root cube), brick (root cubes along the edge of a brick): see docs/manual.md. lead: 1, the
+        of a root cube), brick (root cubes along the edge of a brick): see docs/options.md. lead: 1, the
         default, for bricks that are chunks of their edge; 0 for a lattice that begins at the first sample.
     overviews: factors of the overviews that the file has, such as (4, 16); "none"; or "auto": 4, 16, 64 ...
         if the longest axis has more than 512 samples. Meanwhile, sums wait in a temporary file beside `out`, or in
         $TMPDIR or /tmp if that is no path. For labels, give "none": a mean is the number of another label.
-    memory_limit: bytes for the work. progress(done, total): called from time to time with bytes of samples;
-        an exception cancels the encoding.
+    threshold: a number, or up to 8. No sample changes its side of these: decoded, it is at least a threshold if the
+        original is, and otherwise below it. volume >= threshold is then the mask of the original, whatever max_error or
+        psnr allows. Volume.info["thresholds"] says how many samples are on the upper side, and how many the loss had moved.
+    memory_limit: bytes for the work; 0: no limit.
+    progress(done, total): called from time to time with bytes of samples; an exception cancels the encoding.
 
     TypeError: samples of another type. ArgumentError: invalid or contradictory settings. InputError, OSError:
     reading or writing failed. No incomplete file remains.
@@ -280,7 +291,8 @@ def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, Non
                     mesh_error=mesh_error, grid=grid, grid_only=grid_only, value_range=value_range,
                     field_scale=field_scale, max_level=max_level, cube=cube, brick=brick, lead=lead,
                     accuracy=accuracy, memory_limit=memory_limit, progress=progress, relative_error=relative_error,
-                    psnr=psnr, ratio=ratio, bits=bits, samples=AnySamples(volume).read, overviews=overviews) as writer:
+                    psnr=psnr, ratio=ratio, bits=bits, samples=AnySamples(volume).read, overviews=overviews,
+                    threshold=threshold) as writer:
             for slab in slabs_of(volume):
                 writer.write(slab)
     finally:

@@ -11,14 +11,14 @@ from __future__ import annotations
 import itertools
 import os
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import EFFORTS, finite_bound, flag, one_of, whole_number
+from ._arguments import EFFORTS, finite_bound, flag, one_of, thresholds, whole_number
 from ._arrays import with_three_axes
 from ._errors import ArgumentError, DamagedError
 from ._lattice import decode_chunk, encode_chunk, lattice_of, step_of
@@ -30,7 +30,7 @@ __all__ = ["FILTER_ID", "Filter", "read", "write"]
 FILTER_ID = 33184
 #: The filter's numbers in a file: how many, and the version, which is the fifth number
 #: (plugins/hdf5/coding.h).
-_STORED_NUMBERS, _LAYOUT = 11, 2
+_STORED_NUMBERS, _LAYOUT, _LAYOUT_WITH_THRESHOLDS = 11, 2, 3
 
 if TYPE_CHECKING:
     _Base = Mapping[str, Any]
@@ -52,14 +52,25 @@ class Filter(_Base):
     whole_chunks: promises that every chunk is written once and completely. Chunks with a bound then take
         fewer bytes. HDF5 decodes and encodes a chunk again whenever part of it is written, and the errors of
         these encodings add up. Without this promise, the bound holds however a chunk is written.
+    threshold: a number, or up to 8; needs whole_chunks. No sample changes its side of these; see tagrid.encode().
 
     Chunks of 64 x 64 x 64 are best. The filter must be the first one, so do not combine it with shuffle.
+
+    Without whole_chunks, samples are rounded to a fixed lattice: integers to every (2 E + 1)-th number, counted
+    from the fill value, and floats to multiples of the largest m * 2**n that is at most 2 E, with m below 32.
+    Kept bit by bit are the limits of integers, non-finite floats, the fill value, and floats that are farther from
+    0 than 2**19 (float32) or 2**30 (float64) multiples. A chunk with more than 8 different ones of these floats is
+    lossless.
     """
 
-    def __init__(self, max_error: float = 0, effort: str = "default", whole_chunks: bool = False):
+    def __init__(self, max_error: float = 0, effort: str = "default", whole_chunks: bool = False,
+                 threshold: Union[float, Sequence[float], None] = None):
         one_of("effort", effort, EFFORTS)
         self.max_error, self.effort = finite_bound(max_error), effort
         self.whole_chunks = flag("whole_chunks", whole_chunks)
+        self.thresholds = thresholds(() if threshold is None else threshold)
+        if self.thresholds and not whole_chunks:
+            raise ArgumentError("threshold needs whole_chunks=True: chunks that are written once and completely")
 
     @property
     def filter_id(self) -> int:
@@ -68,7 +79,8 @@ class Filter(_Base):
     @property
     def filter_options(self) -> tuple[int, ...]:
         """The numbers (cd_values) that HDF5 passes to the filter."""
-        return (*struct.unpack("<2I", struct.pack("<d", self.max_error)), EFFORTS[self.effort], int(self.whole_chunks))
+        return (*_halves(self.max_error), EFFORTS[self.effort], int(self.whole_chunks),
+                *itertools.chain(*map(_halves, self.thresholds)))
 
     def __getitem__(self, key: str) -> Any:
         return {"compression": self.filter_id, "compression_opts": self.filter_options}[key]
@@ -84,7 +96,13 @@ class Filter(_Base):
 
     def __repr__(self) -> str:
         whole = ", whole_chunks=True" if self.whole_chunks else ""
-        return f"tagrid.hdf5.Filter(max_error={self.max_error:g}, effort={self.effort!r}{whole})"
+        threshold = f", threshold={self.thresholds}" if self.thresholds else ""
+        return f"tagrid.hdf5.Filter(max_error={self.max_error:g}, effort={self.effort!r}{whole}{threshold})"
+
+
+def _halves(number: float) -> tuple[int, ...]:
+    """The low and the high 32 bits of a double."""
+    return struct.unpack("<2I", struct.pack("<d", number))
 
 
 def filter_of(dataset: Any) -> Filter:
@@ -95,9 +113,13 @@ def filter_of(dataset: Any) -> Filter:
     if properties.get_nfilters() != 1 or properties.get_filter(0)[0] != FILTER_ID:
         raise ArgumentError(f"{dataset.name}: tagrid must be the only filter of the data set")
     given = properties.get_filter(0)[2]
-    if len(given) != _STORED_NUMBERS or given[2] >= len(EFFORTS) or given[3] > 1 or given[4] != _LAYOUT:
+    others = len(given) - _STORED_NUMBERS
+    if (others not in range(0, 17, 2) or given[2] >= len(EFFORTS) or given[3] > 1
+            or given[4] != (_LAYOUT if others == 0 else _LAYOUT_WITH_THRESHOLDS)):
         raise DamagedError(f"{dataset.name}: the numbers of its filter are {tuple(given)}, which tagrid does not know")
-    return Filter(struct.unpack("<d", struct.pack("<2I", *given[:2]))[0], [*EFFORTS][given[2]], bool(given[3]))
+    doubles = (*given[:2], *given[_STORED_NUMBERS:])
+    bound, *thresholds_given = struct.unpack(f"<{len(doubles) // 2}d", struct.pack(f"<{len(doubles)}I", *doubles))
+    return Filter(bound, [*EFFORTS][given[2]], bool(given[3]), thresholds_given)
 
 
 def write(dataset: Any, array: npt.ArrayLike, threads: int = 0) -> None:
@@ -130,7 +152,7 @@ def write(dataset: Any, array: npt.ArrayLike, threads: int = 0) -> None:
         part = samples[tuple(slice(low, low + size) for low, size in zip(place, shape_of_chunk))]
         chunk[tuple(map(slice, part.shape))] = _converted(part, dtype)
         return encode_chunk(chunk, settings.max_error, settings.whole_chunks, fill, {}, effort=settings.effort,
-                            grid="derived", threads=1)
+                            grid="derived", threads=1, threshold=settings.thresholds or None)
 
     for place, chunk in _in_order(encoded, _places(samples.shape, shape_of_chunk), threads):
         dataset.id.write_direct_chunk(place, chunk)
@@ -142,7 +164,8 @@ def read(dataset: Any, threads: int = 0) -> npt.NDArray[Any]:
     DamagedError names the first chunk that is damaged, or whose type, shape or bound does not fit the data
     set.
     """
-    bound = filter_of(dataset).max_error
+    settings = filter_of(dataset)
+    bound, thresholds_given = settings.max_error, settings.thresholds
     # As in write(): threads must not use h5py.
     name, shape_of_chunk = dataset.name, dataset.chunks
     dtype = dataset.dtype.newbyteorder("=")
@@ -158,6 +181,8 @@ def read(dataset: Any, threads: int = 0) -> npt.NDArray[Any]:
                     raise DamagedError(f"it is a volume of the shape {volume.shape} and the type {found.name}")
                 if volume.max_error > bound or step not in (0, step_of(dtype, bound)):
                     raise DamagedError(f"its samples are not known to be within {bound:g}, the bound of the data set")
+                if volume.max_error > 0 and [entry["value"] for entry in volume.info["thresholds"]] != thresholds_given:
+                    raise DamagedError("its samples are not known to be on their sides of the thresholds of the data set")
                 chunk = decode_chunk(volume).reshape(shape_of_chunk)
         except DamagedError as error:
             raise DamagedError(f"{name}: the chunk at {tuple(place)}: {error}") from error

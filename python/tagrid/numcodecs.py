@@ -1,5 +1,9 @@
 """A codec for the chunks of Zarr 2 arrays: zarr.array(samples, compressor=tagrid.numcodecs.Tagrid(max_error=5)); with the
-library zarr 3 also zarr_format=2."""
+library zarr 3 also zarr_format=2.
+
+Zarr finds the codec by its name, "tagrid", once the package is installed. Before that, import this module to read
+arrays.
+"""
 
 from __future__ import annotations
 
@@ -34,8 +38,10 @@ class Tagrid(Codec):
     fewer bytes, and partial writes are refused. Without it, the bound holds however chunks are written. A
     chunk that is written in parts is encoded once for each part, with a warning.
     fill_value: a sample that marks missing data, such as _FillValue. It comes back unchanged, even with a
-    bound. Do not combine it with whole_chunks. Non-finite floats always come back unchanged. The other
-    arguments are those of tagrid.encode().
+    bound. Do not combine it with whole_chunks. Non-finite floats always come back unchanged.
+    effort, grid, threads: as for tagrid.encode().
+
+    Without whole_chunks, samples are rounded to a fixed lattice, as tagrid.hdf5.Filter does.
     """
 
     codec_id = "tagrid"

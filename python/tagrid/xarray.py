@@ -1,4 +1,19 @@
-"""xarray.open_dataset("scan.tag") opens .tag files lazily, with coordinates."""
+"""xarray.open_dataset("scan.tag", engine="tagrid") opens .tag files lazily, with coordinates.
+
+xarray finds the engine once the package is installed. Before that, pass engine=tagrid.xarray.TagridBackend.
+
+tagrid.encode(dataset.volume, "part.tag") writes a DataArray with its position, units and attributes. A warning names
+what is not kept:
+
+- Evenly spaced coordinates along z, y and x become the affine matrix. Unevenly spaced slices keep their positions.
+  Other coordinates along an axis are dropped.
+- Of an oblique scan, coordinates are distances, and the attribute "affine" has the position and the directions. Most
+  calculations remove attributes, unless xarray.set_options(keep_attrs=True) is set.
+- Numbers, strings and short lists of them become metadata, as do coordinates that all samples share. "units" becomes
+  "sample units", and scale_factor and add_offset become rescale_slope and rescale_intercept.
+- An array with a number for missing samples (_FillValue, missing_value) can only be encoded without loss, because a
+  bound would change that number. Floats with NaN, which xarray makes by default (mask_and_scale), have no such limit.
+"""
 
 from __future__ import annotations
 

@@ -14,11 +14,12 @@
 #include "stages/grid/box.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/sample/coding_parameters.h"
+#include "stages/sample/filter_fit.h"
 
 namespace tagrid {
 
 /// True if `e` can bound an error: a finite number from 0, in sample units. An absent bound is nothing in
-/// EncodeOptions, and -1 in CodingParameters and in the header: see docs/decisions/0020-bounds.md.
+/// EncodeOptions, and -1 in CodingParameters and in the header: see docs/dev/decisions/0020-bounds.md.
 inline bool is_bound(double e) { return e >= 0 && std::isfinite(e); }
 
 /// A bound as an integer. A bound larger than the range of the type becomes that range.
@@ -79,9 +80,9 @@ struct BrickOfVoxels {
   const LatticeBits* activity = nullptr;
   Bounds bounds;
   Effort effort = Effort::normal;
-  double transform_step = 0;  ///< see CodingParameters; 0: none
-  FilterWeights filter{};     ///< see CodingParameters
-  FilterFit* fit = nullptr;   ///< the same
+  double transform_step = 0;   ///< see CodingParameters; 0: none
+  FilterWeights filter{};      ///< see CodingParameters
+  FilterSums* sums = nullptr;  ///< see TransformBrick
 };
 using VoxelBrick = BrickOfVoxels<VoxelBounds>;
 

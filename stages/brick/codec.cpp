@@ -15,6 +15,7 @@
 #include "stages/sample/vector_code.h"
 #include "stages/values/points/coding.h"
 #include "stages/values/points/field.h"
+#include "stages/values/sides/sides.h"
 #include "stages/values/voxels/codec.h"
 #include "stages/values/wide/codec.h"
 
@@ -23,7 +24,8 @@ namespace {
 
 // Its type selects the coder of narrow or of wide types.
 template <class T>
-auto voxels_of(const Box& owned, const LatticeBits& active, const CodingParameters& parameters) {
+auto voxels_of(const Box& owned, const LatticeBits& active, const CodingParameters& parameters,
+               FilterSums* sums = nullptr) {
   if constexpr (is_wide<T>)
     return WideBrick{owned,
                      &active,
@@ -31,7 +33,7 @@ auto voxels_of(const Box& owned, const LatticeBits& active, const CodingParamete
                      parameters.effort,
                      parameters.transform_step,
                      parameters.filter,
-                     parameters.fit};
+                     sums};
   else
     return VoxelBrick{owned,
                       &active,
@@ -39,7 +41,7 @@ auto voxels_of(const Box& owned, const LatticeBits& active, const CodingParamete
                       parameters.effort,
                       parameters.transform_step,
                       parameters.filter,
-                      parameters.fit};
+                      sums};
 }
 
 // The values of `box` that lie in `owned`.
@@ -73,6 +75,31 @@ Forecast forecast_of(std::span<const T> samples, const CodingParameters& paramet
   return forecast_activity<T>(samples, parameters, brick);
 }
 
+// Values that begin with this byte and a length have the sides of thresholds first, of this length.
+constexpr std::uint8_t kind_of_sides = 10;
+constexpr std::size_t head_of_sides = 1 + 4;
+
+void put_before(const std::vector<std::uint8_t>& sides, std::vector<std::uint8_t>& values) {
+  if (sides.empty()) return;
+  std::vector<std::uint8_t> whole = {kind_of_sides};
+  for (int byte = 0; byte < 4; ++byte) whole.push_back(static_cast<std::uint8_t>(sides.size() >> 8 * byte));
+  whole.insert(whole.end(), sides.begin(), sides.end());
+  values.insert(values.begin(), whole.begin(), whole.end());
+}
+
+// Takes the sides off the front of the values; empty if there are none.
+Status take_sides(std::span<const std::uint8_t>& values, std::span<const std::uint8_t>& sides) {
+  if (values.empty() || values.front() != kind_of_sides) return {};
+  std::size_t length = 0;
+  for (std::size_t byte = 0; byte < 4 && values.size() >= head_of_sides; ++byte)
+    length |= std::size_t{values[1 + byte]} << 8 * byte;
+  if (length == 0 || length > values.size() - head_of_sides)
+    return Status::broken("the sides of thresholds have an impossible length");
+  sides = values.subspan(head_of_sides, length);
+  values = values.subspan(head_of_sides + length);
+  return {};
+}
+
 // Of a file with voxels.
 template <class T>
 void encode_voxels_and_activity(const Samples<T>& samples, const LatticeBits& active,
@@ -85,8 +112,12 @@ void encode_voxels_and_activity(const Samples<T>& samples, const LatticeBits& ac
                     parameters.max_level, code.activity);
   };
   const std::span<const T> original(samples.data, n);
-  auto values =
-      encode_voxels<T>(original, voxels_of<T>(samples.box, active, parameters), decoded, code.values);
+  auto values = encode_voxels<T>(
+      original,
+      voxels_of<T>(samples.box, active, parameters, code.filter_sums ? &*code.filter_sums : nullptr), decoded,
+      code.values);
+  std::vector<std::uint8_t> sides;
+  encode_sides<T>(original, parameters.thresholds, decoded, code.statistics.moved, sides);
   if (!parameters.stores_activity()) {
     values.finish();
   } else if (activity_follows_values(parameters)) {
@@ -100,7 +131,8 @@ void encode_voxels_and_activity(const Samples<T>& samples, const LatticeBits& ac
     values.finish();
     code_activity();
   }
-  measure_samples<T>(original, decoded, code.statistics);
+  put_before(sides, code.values);
+  measure_samples<T>(original, decoded, parameters.thresholds, code.statistics);
   if (parameters.mesh_error >= 0) code.decoded = bytes_of<T>(decoded);
 }
 
@@ -119,7 +151,7 @@ void encode_points_and_activity(const Samples<T>& samples, const LatticeBits& ac
   std::vector<T> owned(static_cast<std::size_t>(box.count())), interpolated(owned.size());
   cut<T>(original, samples.box, box, owned);
   interpolate_owned<T>(points, active, parameters, brick, interpolated);
-  measure_samples<T>(owned, interpolated, code.statistics);
+  measure_samples<T>(owned, interpolated, {}, code.statistics);
 }
 
 }  // namespace
@@ -164,8 +196,17 @@ template <class T>
 Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBits& active,
                            const CodingParameters& parameters, Index3 brick, const BrickValues<T>& values) {
   const Box owned = parameters.bricks().owned_box(brick);
-  if (parameters.mode == FileMode::voxels)
-    return decode_voxels<T>(bytes, voxels_of<T>(owned, active, parameters), values.samples, values.carried);
+  if (parameters.mode == FileMode::voxels) {
+    std::span<const std::uint8_t> sides;
+    if (parameters.thresholds.count > 0)
+      if (Status status = take_sides(bytes, sides); !status.ok()) return status;
+    Status status =
+        decode_voxels<T>(bytes, voxels_of<T>(owned, active, parameters), values.samples, values.carried);
+    const bool are_all = static_cast<std::int64_t>(values.samples.size()) == owned.count();
+    if (status.ok() && !sides.empty())
+      status = decode_sides<T>(sides, parameters.thresholds, are_all, values.samples);
+    return status;
+  }
   assert(static_cast<std::int64_t>(values.samples.size()) == owned.count());
   assert(active.box() == parameters.bricks().closed_box(brick));
   Status status =
@@ -361,13 +402,21 @@ std::uint64_t working_bytes_of_encoding(const CodingParameters& p, Index3 brick)
                    working_bytes_of_pending_voxels(SampleType::uint16, z.owned, p.effort)
              : working_bytes_of_pending_voxels(z.type, z.owned, p.effort);
   const std::uint64_t carried = p.stores_activity() && activity_follows_values(p) ? pending : 0;
+  // The sides are found next to values that are finished, but for the bytes that they may carry, and put before them.
+  const std::uint64_t of_sides =
+      p.thresholds.count == 0
+          ? 0
+          : std::max(code, pending) + working_bytes_of_sides(z.voxels, p.thresholds.count);
   return counting + z.voxel_bytes +
-         std::max({values, std::max(code, carried) + with_forecast(z, p, activity), code + decoded});
+         std::max(
+             {values, std::max(code, carried) + with_forecast(z, p, activity), code + decoded, of_sides});
 }
 
 std::uint64_t most_bytes_of_code(const CodingParameters& p, Index3 brick) {
   const Sizes z(p, brick);
-  return (z.grid ? z.point_bytes : z.voxel_bytes) * 21 / 20 + most_bytes_of_activity(z) + 1024;
+  // The side of a threshold is one event of a model that learns, hardly more than one bit.
+  const std::uint64_t of_sides = z.grid ? 0 : z.voxels * p.thresholds.count / 7;
+  return (z.grid ? z.point_bytes : z.voxel_bytes) * 21 / 20 + most_bytes_of_activity(z) + of_sides + 1024;
 }
 
 std::uint64_t working_bytes_of_decoding(const CodingParameters& p, Index3 brick, Wanted wanted) {

@@ -7,11 +7,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "stages/grid/lattice_bits.h"
 #include "stages/sample/coding_parameters.h"
+#include "stages/sample/filter_fit.h"
 #include "stages/sample/samples.h"
 #include "stages/sample/statistics.h"
 #include "stages/sample/status.h"
@@ -25,6 +27,8 @@ struct BrickCode {
   /// If the mesh of the file has a bound: the samples as they will be decoded, x fastest. In a file without
   /// voxels: the stored values of all points of the closed box.
   std::vector<std::byte> decoded;
+  /// If the caller puts sums here, the errors of a transformed brick are added.
+  std::optional<FilterSums> filter_sums;
 };
 
 /// The box of the samples that encode_brick reads: those that the brick owns. In a file without voxels, those

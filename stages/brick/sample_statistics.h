@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -13,6 +14,7 @@
 #include "stages/sample/coding_parameters.h"
 #include "stages/sample/numbers.h"
 #include "stages/sample/statistics.h"
+#include "stages/sample/thresholds.h"
 #include "stages/sample/vector_code.h"
 
 namespace tagrid {
@@ -92,11 +94,34 @@ void measure_floats(std::span<const T> original, std::span<const T> decoded, Sta
   }
 }
 
+/// Adds, for each threshold, the number of samples that are at least it.
+template <class T>
+void count_above(std::span<const T> samples, const Thresholds& thresholds,
+                 OfThresholds<std::uint64_t>& counts) {
+  counts.count = thresholds.count;
+  for (std::size_t i = 0; i < thresholds.count; ++i)
+    counts.all[i] += static_cast<std::uint64_t>(
+        std::count_if(samples.begin(), samples.end(),
+                      [least = static_cast<T>(thresholds.all[i])](T v) { return v >= least; }));
+}
+
+/// The same for the bytes of samples of a file's type.
+inline void count_above(std::span<const std::byte> samples, const CodingParameters& parameters,
+                        OfThresholds<std::uint64_t>& counts) {
+  with_sample_type(parameters.type, [&](auto sample) {
+    using T = decltype(sample);
+    count_above<T>({reinterpret_cast<const T*>(samples.data()), samples.size() / sizeof(T)},
+                   parameters.thresholds, counts);
+  });
+}
+
 /// Adds the errors of the samples of a brick, and the range and sum of the originals. REQUIRES: equal sizes,
 /// at least one sample.
 template <class T>
-void measure_samples(std::span<const T> original, std::span<const T> decoded, Statistics& statistics) {
+void measure_samples(std::span<const T> original, std::span<const T> decoded, const Thresholds& thresholds,
+                     Statistics& statistics) {
   Statistics brick;
+  count_above(original, thresholds, brick.at_least);
   if constexpr (std::is_integral_v<T>)
     measure_integers(original, decoded, brick);
   else

@@ -14,7 +14,7 @@
 // paper).
 //
 // The forecast of the activity is computed by measure(), which is therefore part of the format (section 6.6
-// of docs/format.md): no operation may be reordered.
+// of docs/dev/format.md): no operation may be reordered.
 #pragma once
 
 #include <array>

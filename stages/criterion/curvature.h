@@ -21,7 +21,7 @@ namespace tagrid {
 /// points are kept: a new one takes the place of the oldest.
 ///
 /// The forecast of the activity is computed from it, so it is part of the format (section 6.6 of
-/// docs/format.md).
+/// docs/dev/format.md).
 ///
 /// The field is the uniform cubic B-spline whose coefficients are the samples: C2, with the 3-point stencils
 /// (1,4,1)/6 for the value, (-1,0,1)/2 for the first and (1,-2,1) for the second derivative on each axis.

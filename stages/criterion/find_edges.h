@@ -45,7 +45,7 @@ struct BentTest {
   static float sixth(const PointsOfSlice& points) { return points.length() / 6; }
 };
 
-/// A cheap form of the criterion. It is part of the format (section 6.6 of docs/format.md), as it decides
+/// A cheap form of the criterion. It is part of the format (section 6.6 of docs/dev/format.md), as it decides
 /// which edges the forecast of the activity measures.
 ///
 /// If the step of an end is a third of the chord, its largest value, the spline of criterion.h is the graph

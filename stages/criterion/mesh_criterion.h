@@ -36,7 +36,7 @@ struct MeshBounds {
 };
 
 /// The bounds that the criterion must keep, so that the mesh of the decoded values keeps its bound (M), and a
-/// file without voxels keeps that of its voxels; see docs/decisions/0019-mesh-error.md. REQUIRES:
+/// file without voxels keeps that of its voxels; see docs/dev/decisions/0019-mesh-error.md. REQUIRES:
 /// parameters.bounds_interpolation().
 MeshBounds mesh_bounds(const CodingParameters& parameters);
 

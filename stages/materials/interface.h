@@ -18,7 +18,7 @@
 namespace tagrid {
 
 /// An end of an edge is snapped if a cut is nearer to it than a limit, in cut_parts. It then goes so many quarters of the
-/// way to its cut. How the numbers were found: docs/decisions/0065-mesh-with-materials.md.
+/// way to its cut. How the numbers were found: docs/dev/decisions/0065-mesh-with-materials.md.
 struct SnapRule {
   std::int32_t of_short_edges, of_long_edges;
   std::int32_t in_end;  ///< of long edges in a plane where the lattice ends

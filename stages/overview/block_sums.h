@@ -1,4 +1,4 @@
-// Sums of blocks of samples, from which the means of overviews follow. docs/format.md (3.6) defines the means.
+// Sums of blocks of samples, from which the means of overviews follow. docs/dev/format.md (3.6) defines the means.
 //
 // A block has 4 samples along each axis, or 4 blocks of the level before; the last ones along an axis may have
 // fewer. Sums of integers are exact. Sums of floats depend on the order of their additions, which is therefore

@@ -10,6 +10,7 @@
 
 #include "stages/grid/brick_grid.h"
 #include "stages/sample/sample_type.h"
+#include "stages/sample/thresholds.h"
 
 namespace tagrid {
 
@@ -72,8 +73,6 @@ inline double kept_step(double step, SampleType type) {
          least_transform_step;
 }
 
-class FilterFit;
-
 struct CodingParameters {
   Index3 dims;
   SampleType type = SampleType::uint8;
@@ -100,9 +99,10 @@ struct CodingParameters {
   /// The step of quantization of a wavelet, for low rates; 0: there is none. Only for voxels with one bound. See
   /// kept_step() and stages/values/transform.
   double transform_step = 0;
+  /// Only with a step.
   FilterWeights filter{};
-  /// Not of the file: if not nullptr, an encoder adds the errors of transformed bricks to it.
-  FilterFit* fit = nullptr;
+  /// Samples of the type, increasing, above its lowest one. In voxels mode: decoded samples are on their sides of these.
+  Thresholds thresholds{};
 
   /// True if the interpolation has a bound, so that the mesh criterion marks points.
   bool bounds_interpolation() const { return mesh_error >= 0 || (mode == FileMode::grid && max_error >= 0); }

@@ -5,23 +5,22 @@
 
 namespace tagrid {
 
-void FilterFit::add(const FilterSums& of_brick) {
-  const std::lock_guard lock(mutex_);
+void FilterSums::add(const FilterSums& other) {
   for (std::size_t a = 0; a < filter_weights; ++a) {
-    sums_.wanted[a] += of_brick.wanted[a];
-    for (std::size_t b = a; b < filter_weights; ++b) sums_.products[a][b] += of_brick.products[a][b];
+    wanted[a] += other.wanted[a];
+    for (std::size_t b = a; b < filter_weights; ++b) products[a][b] += other.products[a][b];
   }
 }
 
-FilterWeights FilterFit::weights() const {
+FilterWeights fitted_weights(const FilterSums& sums) {
   constexpr std::size_t n = filter_weights;
   std::array<std::array<double, n + 1>, n> rows;
   for (std::size_t a = 0; a < n; ++a) {
     for (std::size_t b = 0; b < n; ++b)
-      rows[a][b] = static_cast<double>(sums_.products[std::min(a, b)][std::max(a, b)]);
+      rows[a][b] = static_cast<double>(sums.products[std::min(a, b)][std::max(a, b)]);
     // So little that it costs nothing, and the matrix is far from singular.
     rows[a][a] = rows[a][a] * (1 + 1e-5) + 1;
-    rows[a][n] = static_cast<double>(sums_.wanted[a]);
+    rows[a][n] = static_cast<double>(sums.wanted[a]);
   }
   for (std::size_t a = 0; a < n; ++a)
     for (std::size_t b = a + 1; b < n; ++b) {

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <mutex>
 
 #include "stages/sample/coding_parameters.h"
 
@@ -15,19 +14,11 @@ struct FilterSums {
   /// Of two differences, of which the second one has the same number or a higher one.
   std::array<std::array<std::int64_t, filter_weights>, filter_weights> products{};
   std::array<std::int64_t, filter_weights> wanted{};  ///< of a difference and what its sample lacks
+
+  void add(const FilterSums& other);
 };
 
-class FilterFit {
- public:
-  /// Any thread may call this.
-  void add(const FilterSums& of_brick);
-
-  /// The weights for which what is lacking has the least squares, rounded; the same on every machine.
-  FilterWeights weights() const;
-
- private:
-  std::mutex mutex_;
-  FilterSums sums_;
-};
+/// The weights for which what is lacking has the least squares, rounded; the same on every machine.
+FilterWeights fitted_weights(const FilterSums& sums);
 
 }  // namespace tagrid

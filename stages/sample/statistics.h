@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "stages/grid/lattice.h"
+#include "stages/sample/thresholds.h"
 
 namespace tagrid {
 
@@ -27,6 +28,8 @@ struct Statistics {
   double sum = 0;             ///< of the finite original samples
   std::uint64_t finite = 0;   ///< number of finite original samples
   std::uint64_t samples = 0;  ///< number of all samples
+  /// For each threshold: the number of samples that are at least it, and of decoded ones that were moved to their side.
+  OfThresholds<std::uint64_t> at_least, moved;
 
   /// Sums never become infinite: they are limited to the largest double.
   static double limited(double v) {
@@ -45,6 +48,8 @@ struct Statistics {
     sum = limited(sum + other.sum);
     finite += other.finite;
     samples += other.samples;
+    at_least.add(other.at_least);
+    moved.add(other.moved);
   }
 };
 

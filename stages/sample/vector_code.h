@@ -1,7 +1,7 @@
 // Plain loops as vector code: the compiler clones them for these instruction sets, and one clone is chosen when the
 // program starts, which needs ELF: Windows has no clones. All give the same bytes (IEEE operations, no contraction of
 // multiply and add). Not for unnamed namespaces: gcc 12 does not vectorize clones there. Highway vectorizes what no
-// compiler does (instruction_sets.h); see docs/decisions/0039-two-kinds-of-vector-code.md.
+// compiler does (instruction_sets.h); see docs/dev/decisions/0039-two-kinds-of-vector-code.md.
 #pragma once
 
 #if defined(__x86_64__) && defined(__ELF__) && defined(__GNUC__) && !defined(__clang__) && \

@@ -1,5 +1,5 @@
 // Measures the code of the parity, with one thread, in bytes of data per second: 64 MiB, far beyond a cache.
-// See docs/benchmarks.md.
+// See docs/dev/benchmarks.md.
 
 #include <benchmark/benchmark.h>
 

@@ -1,4 +1,4 @@
-// Measures each stage alone, with one thread, in voxels per second. See docs/benchmarks.md.
+// Measures each stage alone, with one thread, in voxels per second. See docs/dev/benchmarks.md.
 //
 // A piece of 129 x 129 x 129 samples, eight bricks, is treated as a volume. One piece is from a phantom;
 // another is from the ankle, if that lies beside the sources. The input of a stage from the stages before it

@@ -15,9 +15,9 @@ MOST = {
     "functions that only pass a brick on, out": 22,
     "std::function in the product": 86,
     "files that name nrrd_fields": 1,
-    "C++ files of the product": 867,
+    "C++ files of the product": 874,
     "C++ files longer than 600 lines": 0,
-    "lines of the product in C++": 110433,
+    "lines of the product in C++": 111400,
 }
 
 
@@ -32,7 +32,7 @@ def sources():
 
 
 def brick():
-    text = (ROOT / "docs" / "design.md").read_text().partition("\n## Follow one brick\n")[2]
+    text = (ROOT / "docs" / "dev" / "design.md").read_text().partition("\n## Follow one brick\n")[2]
     return [int(number) for number in re.findall(r"^\*\*(?:In|Out): \d+ functions, and (\d+)", text, re.M)]
 
 

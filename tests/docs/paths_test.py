@@ -61,7 +61,9 @@ def installed_documents():
     """The files that CMakeLists.txt installs in the directory of the documents, where they have the same relative paths."""
     top = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md", "CITATION.cff", "LICENSE")]
     folders = [path for folder in ("docs", "tools/slurm", "examples/readers") for path in (ROOT / folder).rglob("*")]
-    return {path for path in top + folders if path.suffix != ".in"}
+    # What only the site needs is not installed.
+    site = ROOT / "docs" / "conf.py", ROOT / "docs" / "reference", ROOT / "docs" / "site"
+    return {path for path in top + folders if path.suffix != ".in" and not any(map(path.is_relative_to, site))}
 
 
 def dead_links(path, text, installed):

@@ -64,7 +64,7 @@ class Includes(unittest.TestCase):
         self.assertNotIn("CLI/CLI.hpp", includes(ROOT / "stages" / "grid" / "box.h"))
 
 
-# Only io/system includes headers of the operating system, as docs/design.md says.
+# Only io/system includes headers of the operating system, as docs/dev/design.md says.
 
 # Headers of C and C++ that no other system lacks are not in here.
 OF_SYSTEM = re.compile(
@@ -145,14 +145,14 @@ class OptionFiles(unittest.TestCase):
             self.assertTrue(any(name.startswith(folder) for name in found), folder)
 
 
-# The tables of "Follow one brick" in docs/design.md name functions that are in their files, and counts that are right.
+# The tables of "Follow one brick" in docs/dev/design.md name functions that are in their files, and counts that are right.
 
 MOST_FUNCTIONS = 25
 NAME = re.compile(r"`([^`]+)`")
 
 
 def section():
-    text = (ROOT / "docs" / "design.md").read_text()
+    text = (ROOT / "docs" / "dev" / "design.md").read_text()
     return text.partition("\n## Follow one brick\n")[2].partition("\n## ")[0]
 
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """python3 tests/format/decoder.py FILE.tag OUT.raw
 
-Decodes a .tag file of version 5 into samples, x fastest, little endian. It was written from docs/format.md and
+Decodes a .tag file of version 5 into samples, x fastest, little endian. It was written from docs/dev/format.md and
 follows its sections; it shares nothing with the program. It is slow: a few thousand samples per second.
 The exit code is 65 if the file is broken.
 """
@@ -22,6 +22,7 @@ from second_decoder.transform import TRANSFORMED, decode_transform
 from second_decoder.voxels import decode_voxels
 from second_decoder.wide import (decode_wide_as_narrow, decode_wide_points, decode_wide_voxels,
                                  interpolate_floats)
+from second_decoder.sides import apply_sides, check_thresholds, split_sides
 from second_decoder.xxh3 import xxh3
 
 
@@ -64,26 +65,34 @@ class Header:
          self.scale, self.range_low, high,
          max_error, surface_error, mesh_error, point_error, volumes, text_size, packed_size) = struct.unpack_from(
              "<QQQBBHHHIHBBdddddddIII", data, 16)
-        require(self.size - 132 - packed_size in (0, 4, 52) and text_size <= 1 << 24, "fields do not fit")
+        besides = self.size - 132 - packed_size
+        require(besides >= 0 and besides % 4 == 0 and text_size <= 1 << 24, "fields do not fit")
         self.step = None  # of samples
         self.filter = None
-        if self.size > 132 + packed_size:
-            self.step = struct.unpack_from("<f" if type_number >= 7 else "<I", data, 124 + packed_size)[0]
+        if besides % 8 == 4:
+            word = struct.unpack_from("<I", data, 124 + packed_size)[0]
+            if word >> 31:
+                require(besides >= 52, "fields do not fit")
+                self.filter = struct.unpack_from("<24h", data, 128 + packed_size)
+                require(any(self.filter) and all(-2047 <= w <= 2047 for w in self.filter), "an impossible filter")
+            self.step = struct.unpack("<f" if type_number >= 7 else "<I", struct.pack("<I", word & 0x7FFFFFFF))[0]
             if type_number < 7:
                 require(1 <= self.step < 1 << 23, "an impossible step")
                 self.step /= 64
             require(2.0 ** -100 <= self.step <= 2.0 ** 100, "an impossible step")
-        if self.size > 136 + packed_size:
-            self.filter = struct.unpack_from("<24h", data, 128 + packed_size)
-            require(any(self.filter) and all(-2047 <= w <= 2047 for w in self.filter), "an impossible filter")
         require(1 <= volumes <= 10000, "an impossible number of volumes")
         require(volumes == 1 or (volumes * self.dims[2] <= 1 << 31 and volumes * math.prod(self.dims) <= 1 << 58),
                 "impossible sizes")
         self.volumes = volumes
         self.coding = data[16:112]  # what every volume of the file has
+        begin = besides % 8 + 48 * (self.filter is not None)  # of the thresholds
+        require((besides - begin) // 8 <= 8, "fields do not fit")
+        self.thresholds = struct.unpack_from(f"<{(besides - begin) // 8}d", data, 124 + packed_size + begin)
         require(all(1 <= n <= 1 << 31 for n in self.dims) and math.prod(self.dims) <= 1 << 58, "impossible sizes")
         self.type = SampleType(type_number)
         require(self.mode in (0, 1), "the mode is unknown")
+        require(not self.thresholds or self.mode == 0, "thresholds without voxels")
+        check_thresholds(self.thresholds, self.type)
         require(self.effort in (0, 1, 2), "the effort is unknown")
         require(grid == 0 or (grid in (1, 2) and self.mode == 0 and surface_error < 0 and mesh_error < 0),
                 "impossible grid")
@@ -107,7 +116,7 @@ class Header:
         require(self.mode == 1 or max_error >= 0, "voxels without a bound")
         require(surface_error < 0 or (self.mode == 0 and surface_error < max_error), "impossible bound of active voxels")
         self.levels = 3 * self.K + 1 if grid != 1 else 0  # whose active points are counted
-        self.volume_fields = 8 * self.levels + 72 + 8 * (mesh_error >= 0)  # bytes of a section of the index
+        self.volume_fields = 8 * self.levels + 72 + 8 * (mesh_error >= 0) + 16 * len(self.thresholds)  # bytes of a section of the index
         self.mesh_error, self.error_bound = mesh_error, max_error
         widest = (1 << 8 * self.type.size) - 1
         self.max_error, self.surface_error, self.point_error = (
@@ -202,6 +211,9 @@ def decode_samples(header, closed, owned, active, values):
             return decode_few(data, size, sample_type, bounds, decode_numbers)
         return decode_as_it_is(data, sample_type, bounds)
 
+    sides = b""
+    if header.thresholds:
+        sides, values = split_sides(values)
     bounds = header.max_error, header.surface_error if two else header.max_error
     if header.step is not None and header.type.is_wide and values[:1] != b"\2":
         half = header.step / 2 if header.type.is_float else math.floor(header.step / 2)
@@ -218,6 +230,8 @@ def decode_samples(header, closed, owned, active, values):
         samples = decode_few(values, size, header.type, bounds, decode_numbers)
     else:
         samples = decode_wide_voxels(values, size, header.type, two and is_active)
+    if sides:
+        apply_sides(sides, samples, size, header.thresholds, header.type)
     return {(x0 + x, y0 + y, z0 + z): v for (x, y, z), v in samples.items()}, bytes(carried)
 
 
@@ -470,12 +484,13 @@ def check_index(data, at, header, last, sizes, pages, counts, members):
     fields, columns = sections[1], sections[2]
     stored_counts = struct.unpack_from(f"<{header.levels}Q", fields)
     require(counts is None or list(stored_counts) == counts, "the index has other active points than the bricks")
-    require(struct.unpack_from("<2Q", fields, len(fields) - 16) == tuple(map(sum, zip(*sizes))),
+    after = len(fields) - 16 * len(header.thresholds)  # where the counts of thresholds begin
+    require(struct.unpack_from("<2Q", fields, after - 16) == tuple(map(sum, zip(*sizes))),
             "the index has other sums of sizes")
     n = len(pages)
     stored = struct.unpack(f"<{2 * n}I{n}Q{2 * n}d", columns)
     require([stored[i::n] for i in range(n)] == pages, "the directory has other pages than the file")
-    require(struct.unpack_from("<2d", fields, len(fields) - 48)
+    require(struct.unpack_from("<2d", fields, after - 48)
             == (min(page[3] for page in pages), max(page[4] for page in pages)), "the extremes are not those of the pages")
     table = sections.get(3)
     require(table is None or (table and len(table) % 24 == 0), "the table of members has an impossible size")

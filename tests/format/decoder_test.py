@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """python3 tests/format/decoder_test.py TAGRID made|golden|broken|record
 
-Compares decoder.py, which was written from docs/format.md alone, with `tagrid decode`:
+Compares decoder.py, which was written from docs/dev/format.md alone, with `tagrid decode`:
   made    files of small volumes of many kinds, encoded here
   golden  the files that every version must read. decoder.py takes minutes to decode them, so tests/golden/1.0/second_decoder.json
           holds the hashes of its results, which are those of `tagrid decode`. It fails where a file or decoder.py has changed
@@ -118,6 +118,14 @@ MADE = [
     ("uint16", "labels", (34, 17, 13), ["--cube=16"]),
     ("uint32", "labels", (70, 9, 6), ["--cube=32", "--effort=best"]),
     ("float32", "labels", (34, 17, 3), ["--cube=16", "--max-error=0.5", "--surface-error=0"]),
+    ("uint8", "phantom", (20, 17, 19), ["--cube=8", "--max-error=9", "--threshold=60"]),
+    ("int16", "phantom", (20, 17, 19), ["--cube=8", "--psnr=30", "--threshold=-500,-20,0,300"]),
+    ("int16", "phantom", (14, 15, 13), ["--cube=8", "--brick=1", "--max-error=90", "--surface-error=30", "--threshold=200"]),
+    ("uint16", "phantom", (14, 15, 13), ["--cube=8", "--effort=best", "--ratio=6", "--threshold=1000"]),
+    ("int32", "phantom", (14, 15, 13), ["--cube=8", "--max-error=400", "--threshold=-1000,100"]),
+    ("float32", "phantom", (14, 15, 13), ["--cube=8", "--max-error=60.5", "--threshold=0,0.1,250"]),
+    ("float64", "odd", (13, 9, 8), ["--cube=4", "--max-error=90", "--threshold=0,10"]),
+    ("int8", "noise", (12, 9, 11), ["--cube=4", "--max-error=100", "--threshold=-100,-99,-1,0,1,127"]),
 ]
 
 

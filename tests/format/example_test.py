@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """python3 tests/format/example_test.py TAGRID [rewrite]
 
-The examples and test vectors in docs/format.md are what a file says: the parts between "made by example_test.py" and "end"
+The examples and test vectors in docs/dev/format.md are what a file says: the parts between "made by example_test.py" and "end"
 are made here from tests/golden/1.0/example_int16.tag and the other golden files, by the second decoder. Fails if the document
 says something else, or if the file is no longer what TAGRID writes. `rewrite` writes the file and these parts anew.
 
@@ -24,7 +24,7 @@ from second_decoder.grid import add, along, base_edge, new_bit
 from second_decoder.xxh3 import xxh3
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-DOCUMENT = ROOT / "docs" / "format.md"
+DOCUMENT = ROOT / "docs" / "dev" / "format.md"
 GOLDEN = ROOT / "tests" / "golden" / "1.0"
 EXAMPLE = GOLDEN / "example_int16.tag"
 DIMS = (8, 6, 2)

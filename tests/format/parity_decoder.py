@@ -1,4 +1,4 @@
-"""Repairs a file by its parity, slowly. Written from section 3.6 of docs/format.md alone."""
+"""Repairs a file by its parity, slowly. Written from section 3.6 of docs/dev/format.md alone."""
 
 import struct
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """python3 tests/format/parity_test.py TAGRID
 
-Damages files with parity, and compares `tagrid repair` with parity_decoder.py, which was written from docs/format.md alone.
+Damages files with parity, and compares `tagrid repair` with parity_decoder.py, which was written from docs/dev/format.md alone.
 """
 
 import os

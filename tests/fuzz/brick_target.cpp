@@ -42,6 +42,9 @@ CodingParameters parameters_of(Bytes head) {
     p.transform_step = (1u << head[6] % 23) * least_transform_step;
     if (head[6] >= 128) p.filter.fill(static_cast<std::int16_t>(head[6] - 191));
   }
+  if (head[4] >= 240 && p.mode == FileMode::voxels)
+    for (const double threshold : {16.0, 200.0})
+      if (threshold_of(threshold, p.type) == threshold) p.thresholds.append(threshold);
   return p;
 }
 

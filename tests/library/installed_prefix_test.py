@@ -8,7 +8,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import textwrap
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -107,7 +106,7 @@ class InstalledLibrary(unittest.TestCase):
         library = self.library.relative_to(self.prefix)
         text = (ROOT / "docs/library.md").read_text()
         text = text.replace("/where/you/want/lib/x86_64-linux-gnu", str(prefix / library)).replace("/where/you/want", str(prefix))
-        blocks = [textwrap.dedent(block) for block in re.findall(r"(?:^    .*\n(?:\n(?=    ))?)+", text, re.MULTILINE)]
+        blocks = re.findall(r"^```\w*\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
         project = next(block for block in blocks if block.startswith("cmake_minimum_required"))
         folder = self.folder / "as printed"
         folder.mkdir()
@@ -128,6 +127,23 @@ class InstalledLibrary(unittest.TestCase):
                 linked = run("readelf", "-d", program)
                 self.assertEqual("libtagrid.so" in linked, "--static" not in command)
                 program.unlink()
+
+    def test_the_programs_of_the_document_run(self):
+        text = (ROOT / "docs/library.md").read_text()
+        where = {"PKG_CONFIG_PATH": str(self.library / "pkgconfig")}
+        flags = shlex.split(run("pkg-config", "--cflags", "--libs", "tagrid", **where))
+        programs = re.findall(r"^```(c|cpp)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+        self.assertEqual([language for language, _ in programs], ["cpp", "c", "cpp"])
+        file, said = self.folder / "of the document.tag", []
+        # The last one writes the file that the others read.
+        for number, (language, code) in reversed([*enumerate(programs)]):
+            source, program = self.folder / f"program{number}.{language}", self.folder / f"program{number}"
+            source.write_text(code)
+            compiler = ("c++", "-std=c++20") if language == "cpp" else ("cc", "-std=c11")
+            run(*compiler, "-Wall", "-Wextra", "-Werror", source, *flags, "-o", program)
+            said.append(run(program, file, LD_LIBRARY_PATH=str(self.library)))
+        self.assertRegex(said[0], r"^\d+ bytes\n$")
+        self.assertEqual(said[1:], ["", "no error above 2\n800 samples\n"])
 
     @unittest.skipUnless((BUILD / "hdf5_plugins").exists(), "built without TAGRID_HDF5")
     def test_the_hdf5_plugin_finds_the_library_also_where_it_was_moved(self):

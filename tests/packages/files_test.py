@@ -23,7 +23,7 @@ VERSION = (re.search(r"^project\(tagrid VERSION (\S+)", CMAKE, re.MULTILINE)[1] 
            re.search(r"^set\(TAGRID_VERSION \$\{PROJECT_VERSION\}(\S*)\)", CMAKE, re.MULTILINE)[1])
 MAGIC = b"\x89TAG\r\n\x1a\n"
 
-# What conda-forge, Spack and vcpkg call the libraries of docs/design.md.
+# What conda-forge, Spack and vcpkg call the libraries of docs/dev/design.md.
 NAMES = {"libtbb-dev": ("tbb-devel", "tbb", "tbb"), "libzstd-dev": ("zstd",) * 3, "libxxhash-dev": ("xxhash",) * 3,
          "libisal-dev": ("isa-l", "isa-l", "isal"), "libcurl4-openssl-dev": ("libcurl", "curl", "curl"), "libsqlite3-dev": ("libsqlite", "sqlite", "sqlite3"),
          "libsodium-dev": ("libsodium",) * 3,
@@ -178,7 +178,7 @@ class Types(unittest.TestCase):
         name = "{http://www.freedesktop.org/standards/shared-mime-info}"
         value = tree.find(f"{name}mime-type/{name}magic/{name}match").get("value")
         self.assertEqual(ast.literal_eval(f'b"{value}"'), MAGIC)
-        self.assertIn(r"`\x89TAG\r\n\x1A\n`", (ROOT / "docs/format.md").read_text())
+        self.assertIn(r"`\x89TAG\r\n\x1A\n`", (ROOT / "docs/dev/format.md").read_text())
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""tagrid.spdx.json is a document of SPDX 2.3, and lists what docs/design.md and the built programs depend on.
+"""tagrid.spdx.json is a document of SPDX 2.3, and lists what docs/dev/design.md and the built programs depend on.
 
     sbom_test.py BUILD
 """
@@ -16,15 +16,15 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(sys.argv.pop(1))
 CACHE = (BUILD / "CMakeCache.txt").read_text()
 # Packages of the table for other purposes than programs and libraries that are installed from this build.
-OTHERWISE = re.compile(r"tests|wheels|benchmark|pictures|fuzzing|report of the paper|web/|static program|Windows")
+OTHERWISE = re.compile(r"tests|wheels|benchmark|pictures|fuzzing|report of the paper|the site|web/|static program|Windows")
 OPTIONS = {"tagrid-mpi": "TAGRID_MPI", "python3-tagrid": "TAGRID_PYTHON"}
 # Of the compiler and the C library.
 SYSTEM = r"glibc$|gcc-\d+$"
 
 
 def table():
-    """Debian's packages that the product depends on, of the table in docs/design.md."""
-    text = (ROOT / "docs/design.md").read_text().partition("\n## Dependencies\n")[2].partition("\n## ")[0]
+    """Debian's packages that the product depends on, of the table in docs/dev/design.md."""
+    text = (ROOT / "docs/dev/design.md").read_text().partition("\n## Dependencies\n")[2].partition("\n## ")[0]
     found = set()
     for cell in re.findall(r"^\| ([^|]+) \|", text, re.MULTILINE)[1:]:
         names, _, purpose = cell.partition(" (")

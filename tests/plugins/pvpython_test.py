@@ -1,4 +1,4 @@
-"""The readers in ParaView itself, and the steps of docs/paraview.md.
+"""The readers in ParaView itself, and the steps of docs/viewing.md.
 
     pvpython_test.py PROGRAM PYTHON_FOLDER UNPACKED_FOLDER
         UNPACKED_FOLDER: where ParaView is unpacked if pvpython is not installed, and found the next time
@@ -182,12 +182,12 @@ class Readers(unittest.TestCase):
                                self.folder / "pictures"], text=True,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=os.environ | {"PVPYTHON": str(PVPYTHON)})
         self.assertEqual(done.returncode, 0, done.stdout)
-        page = (ROOT / "docs/paraview.md").read_text()
+        page = (ROOT / "docs/viewing.md").read_text()
         drawn = {path.name for path in (self.folder / "pictures").iterdir()}
         self.assertEqual(drawn, set(re.findall(r"\(paraview/(\w+\.png)\)", page)))
 
     def test_the_code_of_the_page_runs(self):
-        page = (ROOT / "docs/paraview.md").read_text()
+        page = (ROOT / "docs/viewing.md").read_text()
         blocks = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
         self.assertGreaterEqual(len(blocks), 3)
         commands = ["phantom --dims 64,64,48 -o scan.nhdr", "encode scan.nhdr --max-error 5", "decode scan.tag -o scan.vtkhdf"]

@@ -49,6 +49,7 @@ class Slicer(types.ModuleType):
         super().__init__("slicer")
         self.util = types.ModuleType("slicer.util")
         self.util.loadVolume = self.load
+        self.util.addVolumeFromArray = self.add
         self.util.errorDisplay = lambda text: self.errors.append(text)
         self.util.startupEnvironment = lambda: dict(os.environ)
         self.ScriptedLoadableModule = types.ModuleType("slicer.ScriptedLoadableModule")
@@ -57,6 +58,12 @@ class Slicer(types.ModuleType):
 
     def load(self, path, properties):
         self.nodes.append(Node(pathlib.Path(path).read_bytes(), properties["name"]))
+        return self.nodes[-1]
+
+
+    def add(self, array, ijkToRAS, name):
+        self.nodes.append(Node(array, name))
+        self.nodes[-1].matrix = ijkToRAS
         return self.nodes[-1]
 
 
@@ -155,6 +162,31 @@ class Loading(unittest.TestCase):
         said = subprocess.run([sys.executable, "-B", "-c", code, str(pathlib.Path(TagridReader.__file__).parent), path], env=environment,
                               stdout=subprocess.PIPE, text=True, check=True).stdout
         self.assertIn("\\xb5m", said)
+
+    def test_without_the_program_the_package_reads_the_same(self):
+        try:
+            import tagrid_reader  # noqa: F401
+        except (ImportError, OSError):
+            raise unittest.SkipTest("there is no tagrid_reader") from None
+        scale = "rescale_slope:=2\nrescale_intercept:=-10\n"
+        um = 'space units: "um" "um" "um"\n'
+        for number, fields in enumerate((self.FIELDS + scale, self.FIELDS + um, "", "spacings: 0.5 nan 2\n",
+                                         'spacings: 500 500 2000\nunits: "um" "um" "um"\n',
+                                         self.FIELDS.replace("right-anterior", "left-posterior"))):
+            path = self.written(fields)
+            os.environ["TAGRID"] = str(PROGRAM)
+            self.assertTrue(self.reader.load({"fileName": path, "name": "a"}), SLICER.errors)
+            del os.environ["TAGRID"]
+            found, os.environ["PATH"] = os.environ["PATH"], "/nowhere"
+            try:
+                self.assertTrue(self.reader.load({"fileName": path, "name": "a"}), SLICER.errors)
+            finally:
+                os.environ["PATH"] = found
+            by_program, by_package = SLICER.nodes[-2:]
+            self.assertEqual(by_package.matrix, by_program.matrix, fields)
+            samples = by_package.content
+            self.assertEqual(samples.shape, (4, 3, 2))
+            self.assertTrue(by_program.content.endswith(samples.tobytes()), fields)
 
     def test_errors_are_shown(self):
         (self.folder / "text.tag").write_text("text")

@@ -43,6 +43,24 @@ class Encoding(unittest.TestCase):
     def left(self):
         return sorted(path.name for path in self.folder.iterdir())
 
+    def test_no_sample_changes_its_side_of_a_threshold(self):
+        noisy = (np.linspace(0, 900, 64 * 50 * 40).reshape(64, 50, 40)
+                 + np.random.default_rng(1).normal(0, 10, (64, 50, 40))).astype(np.int16)
+        for settings in ({"max_error": 9}, {"psnr": 35}, {"max_error": 4, "threshold": 500}):
+            settings = {"threshold": (700, 300.5), **settings}
+            with tagrid.open(tagrid.encode(noisy, **settings)) as volume:
+                back = volume.read()
+                thresholds = sorted(np.atleast_1d(settings["threshold"]))
+                for threshold, recorded in zip(thresholds, volume.info["thresholds"], strict=True):
+                    np.testing.assert_array_equal(back >= threshold, noisy >= threshold)
+                    self.assertEqual(recorded["value"], np.ceil(threshold))
+                    self.assertEqual(recorded["at_least"], (noisy >= threshold).sum())
+                    self.assertGreater(recorded["moved"], 0)
+                self.assertGreater((back != noisy).sum(), 1000)
+        self.assertRaisesRegex(tagrid.ArgumentError, "threshold", tagrid.encode, noisy, threshold="300 HU")
+        self.assertRaisesRegex(tagrid.ArgumentError, "at most 8", tagrid.encode, noisy, threshold=range(1, 10))
+        self.assertRaisesRegex(tagrid.ArgumentError, "one side", tagrid.encode, noisy, threshold=40000)
+
     def test_bounds_that_follow_from_the_samples_keep_what_they_promise(self):
         # Gaussian noise of a known deviation on a ramp, also in slabs that are loaded out of order.
         noisy = (np.linspace(0, 900, 64 * 50 * 40).reshape(64, 50, 40)

@@ -205,6 +205,30 @@ class Hdf5Test(unittest.TestCase):
             dataset.id.write_direct_chunk((0, 0, 0), tagrid.encode(data)[:-3])
             self.assertRaisesRegex(tagrid.DamagedError, r"/a: the chunk at \(0, 0, 0\): ", tagrid.hdf5.read, dataset)
 
+    def test_no_sample_changes_its_side_of_a_threshold(self):
+        random = numpy.random.default_rng(3)
+        smooth = 300 * numpy.sin(numpy.linspace(0, 9, 30 * 40 * 50)).reshape(30, 40, 50)
+        for dtype, thresholds in (("<i2", (-100, 50.5)), (">f4", (0.1, 200)), ("<f8", 0.1)):
+            data = (smooth + random.normal(0, 15, smooth.shape)).astype(dtype)
+            settings = tagrid.hdf5.Filter(12, whole_chunks=True, threshold=thresholds)
+            with self.subTest(dtype), h5py.File(self.path, "w") as file:
+                by_hdf5 = file.create_dataset("a", data=data, chunks=(32, 32, 32), **settings)
+                by_threads = file.create_dataset("b", data.shape, dtype, chunks=(32, 32, 32), **settings)
+                tagrid.hdf5.write(by_threads, data)
+                for back in (by_hdf5[:], by_threads[:], tagrid.hdf5.read(by_hdf5), tagrid.hdf5.read(by_threads)):
+                    self.assertGreater(numpy.abs(back - data).max(), 1)
+                    self.assertLessEqual(numpy.abs(back.astype("f8") - data).max(), 12)
+                    for threshold in numpy.atleast_1d(thresholds):
+                        numpy.testing.assert_array_equal(back >= threshold, data >= threshold)
+                self.assertEqual(len(tagrid.hdf5.filter_of(by_hdf5).thresholds), numpy.size(thresholds))
+                # A chunk without the thresholds of its data set is not handed out.
+                other = numpy.ascontiguousarray(data[:32, :32, :32]).astype(data.dtype.newbyteorder("="))
+                by_hdf5.id.write_direct_chunk((0, 0, 0), tagrid.encode(numpy.pad(other, [(0, 32 - n) for n in other.shape]), max_error=12))
+                self.assertRaises(OSError, lambda: by_hdf5[0, 0, 0])
+                self.assertRaisesRegex(tagrid.DamagedError, "threshold", tagrid.hdf5.read, by_hdf5)
+        self.assertRaisesRegex(tagrid.ArgumentError, "whole_chunks", tagrid.hdf5.Filter, 12, threshold=5)
+        self.assertRaisesRegex(tagrid.ArgumentError, "threshold", tagrid.hdf5.Filter, 12, whole_chunks=True, threshold="a")
+
     def test_a_chunk_that_was_coded_elsewhere_with_a_bound_needs_whole_chunks(self):
         data = waves((30, 40, 50))
         with h5py.File(self.path, "w") as file:

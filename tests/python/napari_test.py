@@ -64,7 +64,18 @@ class Reader(unittest.TestCase):
     def test_values(self):
         samples = blobs((5, 6, 7), "uint16")
         path = self.written(samples, metadata={"rescale_slope": "1", "rescale_intercept": "-1024"})
-        np.testing.assert_array_equal(np.asarray(self.one_layer(path)[0]), samples.astype(int) - 1024)
+        data, options = self.one_layer(path)
+        np.testing.assert_array_equal(np.asarray(data), samples.astype(int) - 1024)
+        self.assertEqual(options["contrast_limits"], [int(samples.min()) - 1024, int(samples.max()) - 1024])
+
+    def test_contrast_limits_are_two_different_numbers_or_none(self):
+        self.assertNotIn("contrast_limits", self.one_layer(self.written(np.zeros((4, 5, 6), "u1")))[1])
+        samples = blobs((4, 5, 6), "float32")
+        samples[1, 2, 3] = np.inf
+        limits = self.one_layer(self.written(samples))[1].get("contrast_limits", [0, 1])
+        self.assertTrue(np.isfinite(limits).all() and limits[0] < limits[1])
+        path = self.written(blobs((4, 5, 6)), metadata={"slice_slopes": "1 2 3 4", "slice_intercepts": "0 0 0 0"})
+        self.assertNotIn("contrast_limits", self.one_layer(path)[1])
 
     def test_the_bound_is_that_of_the_values(self):
         metadata = {"rescale_slope": "-2", "max_error": "0", "author": "nobody"}
@@ -131,6 +142,60 @@ class Reader(unittest.TestCase):
         subprocess.run([sys.executable, "-B", "-c", code, path, str(int(samples.sum(dtype=int)))], check=True)
 
 
+class Writer(unittest.TestCase):
+    """Layers are those that napari hands to writers: data, and the attributes of a layer."""
+
+    def setUp(self):
+        self.folder = temporary_folder(self)
+        self.path = str(self.folder / "a.tag")
+
+    def written(self, data, **attributes):
+        self.assertEqual(tagrid.napari.write(self.path, data, attributes), [self.path])
+        return tagrid.open(self.path)
+
+    def test_what_is_read_is_written_as_it_is(self):
+        samples = blobs((20, 30, 40), "uint16")
+        affine = np.diag([0.25, 0.5, 2, 1])
+        affine[:3, 3] = (7, 8, 9)
+        turned = np.array([[0, 0, 3, 5], [0, -2, 0, 6], [1, 0, 0, 7], [0, 0, 0, 1.0]])
+        pairs = {"rescale_slope": "1", "rescale_intercept": "-1024", "scanner": "A", "space units": '"um" "um" "um"'}
+        for matrix in (affine, turned):
+            tagrid.encode(samples, self.path, affine=matrix, metadata=pairs, overviews=(4,))
+            (data, options, _), = tagrid.napari.read(self.path)
+            self.assertTrue(options["multiscale"])
+            with self.written([np.asarray(level) for level in data], **options) as again:
+                np.testing.assert_array_equal(again[...], samples.astype(int) - 1024)
+                np.testing.assert_allclose(again.affine, matrix)
+                self.assertEqual((again.metadata["scanner"], again.metadata["space units"]), ("A", pairs["space units"]))
+                self.assertEqual((again.max_error, "rescale_slope" in again.metadata), (0, False))
+
+    def test_a_layer_is_where_napari_shows_it(self):
+        angle = np.array([[1, 0, 0], [0, 0.8, -0.6], [0, 0.6, 0.8]])
+        moved = np.eye(4)
+        moved[:3, 3] = (100, 0, 0)
+        attributes = {"scale": [2, 1, 0.5], "translate": [7, 8, 9], "rotate": angle.tolist(), "shear": [0.1, 0.2, 0.3],
+                      "affine": moved, "units": ("millimeter",) * 3, "metadata": {"odd": 5}}
+        with self.written(blobs((4, 5, 6)), **attributes) as volume:
+            sheared = np.array([[1, 0.1, 0.2], [0, 1, 0.3], [0, 0, 1]])
+            z, y, x = angle @ sheared @ np.diag([2, 1, 0.5]) @ (1, 2, 3) + (107, 8, 9)
+            np.testing.assert_allclose((volume.affine @ (3, 2, 1, 1))[:3], (x, y, z))
+            self.assertEqual(volume.metadata, {"space units": '"mm" "mm" "mm"'})
+
+    def test_a_slice_is_a_volume_and_a_layer_without_units_has_no_spacing(self):
+        with self.written(blobs((1, 30, 40))[0], scale=[1, 1], units=("pixel", "pixel")) as volume:
+            self.assertEqual(volume.shape, (1, 30, 40))
+            self.assertTrue(np.isnan(volume.spacing).all())
+        with self.written(blobs((1, 30, 40))[0], scale=[3, 2], translate=[5, 4]) as volume:
+            np.testing.assert_array_equal(volume.affine, [[2, 0, 0, 4], [0, 3, 0, 5], [0, 0, 1, 0], [0, 0, 0, 1]])
+
+    def test_what_cannot_be_written_is_refused(self):
+        for data, attributes, kind in ((np.zeros((4, 5, 3), "u1"), {"rgb": True}, tagrid.ArgumentError),
+                                       (np.zeros((2, 3, 4, 5), "u1"), {}, tagrid.ArgumentError),
+                                       (np.zeros((3, 4, 5), bool), {}, TypeError)):
+            self.assertRaises(kind, tagrid.napari.write, self.path, data, attributes)
+        self.assertFalse(pathlib.Path(self.path).exists())
+
+
 class Manifest(unittest.TestCase):
     path = pathlib.Path(tagrid.__file__).parent / "napari.yaml"
 
@@ -139,12 +204,22 @@ class Manifest(unittest.TestCase):
         self.assertEqual(set(manifest), {"name", "display_name", "schema_version", "contributions"})
         self.assertEqual(manifest["name"], "tagrid")  # that of the package
         self.assertGreaterEqual(len(manifest["display_name"]), 3)
-        command, = manifest["contributions"]["commands"]
-        self.assertTrue(command["id"].startswith("tagrid."))
-        place, _, function = command["python_name"].partition(":")
-        self.assertIs(getattr(sys.modules[place], function), tagrid.napari.get_reader)
+        reader, writer = manifest["contributions"]["commands"]
+        for command, wanted in ((reader, tagrid.napari.get_reader), (writer, tagrid.napari.write)):
+            self.assertTrue(command["id"].startswith("tagrid."))
+            place, _, function = command["python_name"].partition(":")
+            self.assertIs(getattr(sys.modules[place], function), wanted)
         self.assertEqual(manifest["contributions"]["readers"],
-                         [{"command": command["id"], "filename_patterns": ["*.tag"], "accepts_directories": False}])
+                         [{"command": reader["id"], "filename_patterns": ["*.tag"], "accepts_directories": False}])
+        self.assertEqual(manifest["contributions"]["writers"],
+                         [{"command": writer["id"], "layer_types": ["image"], "filename_extensions": [".tag"],
+                           "display_name": "lossless"}])
+
+    def test_the_package_says_that_it_is_for_napari(self):
+        root = pathlib.Path(__file__).resolve().parents[2]
+        for file in ("python/setup.py", "python/CMakeLists.txt"):
+            self.assertIn("Framework :: napari", (root / file).read_text())
+        self.assertIn("[napari.manifest]\ntagrid = tagrid:napari.yaml\n", (root / "python/entry_points.txt").read_text())
 
     def test_npe2_reads_it(self):
         manifest = module("npe2").PluginManifest.from_file(self.path)

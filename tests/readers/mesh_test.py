@@ -311,7 +311,7 @@ class Failures(MeshTest):
 
 
 class Conversation(ReaderTest):
-    """What tagrid-write-hdf5 answers to a tagrid that does not keep to docs/readers.md."""
+    """What tagrid-write-hdf5 answers to a tagrid that does not keep to docs/dev/readers.md."""
 
     MESH = {"points": 5, "tetrahedra": 2, "point_data": [{"name": "value", "type": "int16"}], "cell_data": [{"name": "level", "type": "uint8"}]}
     PIECES = (("positions", 0, 5, 120), ("connectivity", 0, 2, 64), ("value", 0, 5, 10), ("level", 0, 2, 2))

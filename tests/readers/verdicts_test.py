@@ -1,4 +1,4 @@
-"""The same fault has the same verdict in every format: a table of formats and faults, which is that of docs/manual.md. The
+"""The same fault has the same verdict in every format: a table of formats and faults, which is that of docs/formats.md. The
 tests of DICOM, TIFF, HDF5 and BMP have these faults among those of their own."""
 
 import gzip

@@ -30,7 +30,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tests/support"))
 
 from other_program import OtherProgram, volume
-from reading_half import WINE
+from reading_half import WINE, wine_kept_running
 
 PROGRAM, FOLDER = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
 
@@ -98,7 +98,7 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
         prefix = tempfile.TemporaryDirectory()
         cls.addClassCleanup(prefix.cleanup)
         os.environ.update(WINEPREFIX=prefix.name, WINEDEBUG="-all", LC_ALL="C.UTF-8")
-        subprocess.run([WINE, cls.exe, "--version"], check=True, stdout=subprocess.DEVNULL)
+        cls.enterClassContext(wine_kept_running(cls.exe))
 
     @contextlib.contextmanager
     def server(self, *command, environment=None):

@@ -12,7 +12,7 @@ const { open, TagridError } = await import(pathToFileURL(join(process.env.TAGRID
 const rounds = process.env.TAGRID_LONG ? 10_000 : 500;
 const expected = new Set(["broken-input", "newer-format", "out-of-memory", "not-supported", "no-grid"]);
 const mostSamples = 1 << 16;
-// In example_int16.tag, as docs/format.md lists it.
+// In example_int16.tag, as docs/dev/format.md lists it.
 const checksumOfTheFirstBrick = 263;
 
 /** A copy with a few changes: bits, bytes, small and large numbers of four bytes, parts that move or are gone. */

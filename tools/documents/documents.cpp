@@ -94,9 +94,9 @@ namespace {
 
 constexpr const char* beginning =
     "# Commands and options\n\n"
-    "Every command and every option has a heading, so that it can be linked. The program's help and "
-    "`docs/options.in` are\n"
-    "the source of this page: do not edit it. The [manual](manual.md) explains the commands by task.\n\n";
+    "Every command and every option has a heading, so that it can be linked. The [manual](manual.md) has "
+    "examples. (The\n"
+    "program's help and `docs/options.in` are the source of this page: do not edit it.)\n\n";
 
 /// What GitHub and others make of a heading.
 std::string anchor(const std::string& title) {
@@ -154,8 +154,6 @@ std::string section_of(const Command& command, const CommandText& text) {
   for (const std::string& form : text.forms) result += fmt::format("- `{}`\n", form);
   result += "\n";
   if (!text.text.empty()) result += text.text + "\n\n";
-  for (const Example& example : examples_of(command.name))
-    result += fmt::format("{}:\n\n```\n{}\n```\n\n", example.wish, example.line);
   return result + wrapped(links_to_options(command)) + "\n";
 }
 

@@ -133,9 +133,10 @@ void compare(const Texts& texts, const std::vector<Command>& commands) {
 std::string help_of(const std::string& option, const std::vector<Command>& commands) {
   const std::vector<Use> uses = uses_of(option, commands);
   const bool has_forms = forms_of(option, commands).size() > 1;
+  // Which commands have it is said where they are few: sections and commands tell the rest.
   if (uses.size() == 1) {
-    const std::string where = with(uses.front().commands, commands);
-    return where.empty() ? uses.front().help : where + ":\n" + uses.front().help;
+    const std::vector<std::string>& of = uses.front().commands;
+    return (of.size() == 1 ? with(of, commands) + ":\n" : "") + uses.front().help;
   }
   std::string list;
   for (const Use& use : uses)

@@ -89,6 +89,16 @@ void set_overviews(EncodingOptions& o, const std::string& option, const std::str
 
 void set_range(EncodingOptions& o, const std::string&, const std::string& text) { o.range = text; }
 
+void set_thresholds(EncodingOptions& o, const std::string& option, const std::string& text) {
+  o.options.thresholds.clear();
+  for (const std::string_view part : split(text, ',')) {
+    const auto number = finite_number(part);
+    if (!number) throw UsageError("{} {}: must be numbers, such as 300 or -500,300", option, text);
+    o.options.thresholds.push_back(*number);
+  }
+  std::ranges::sort(o.options.thresholds);
+}
+
 void set_parity(EncodingOptions& o, const std::string& option, const std::string& text) {
   o.options.parity = parity_option(option, text);
 }
@@ -114,15 +124,9 @@ std::vector<OptionRow> all_rows() {
           to(ErrorRule::Kind::ratio)),
       row(setting::bits.name, kept, "B", "Best PSNR in a file of B bits per voxel",
           to(ErrorRule::Kind::bits)),
-      row(setting::surface_error.name, kept, "F",
-          "Smaller maximum error at the vertices of the mesh (needs --max-error)", to(&E::surface_error)),
-      row("strip", kept, "", "Drop metadata except geometry: names, dates, ...", to(&E::strip)),
-      row("grid-only", kept, "", "Store only the adaptive grid; voxels between its points are interpolated",
-          to(&E::grid_only)),
-      row("grid", kept, "stored|derived",
-          "stored, the default: keep the grid of the original; derived, the default with --psnr, --ratio and "
-          "--bits: recompute it from decoded voxels on demand",
-          to<GridOrigin>(&E::grid, grid_origin_names), {"stored", "derived"}),
+      row(setting::threshold.name, kept, "T[,T2,...]",
+          "No voxel changes its side of these values (>= T, or < T), whatever the error allows",
+          set_thresholds),
       row("effort", kept, "fast|default|best",
           "Trade time for size; no effect on bricks whose values span more than 65536 units",
           to<Effort>(&E::effort, effort_names), {"fast", "default", "best"}),
@@ -131,30 +135,38 @@ std::vector<OptionRow> all_rows() {
           "the longest axis has more than 512 samples. For label maps, use none: averaging label numbers "
           "gives meaningless labels",
           set_overviews),
-      row(setting::mesh_error.name, kept, "E",
-          "Refine the mesh until interpolating it is within E of every voxel (E >= --surface-error or "
-          "--max-error)",
-          to(&E::mesh_error)),
       row(setting::parity.name, kept, "P%|none",
           "Add parity, P % of the size of the file, from which repair rebuilds damaged stretches (default: "
           "none)",
           set_parity),
+      row("strip", kept, "", "Drop metadata except geometry: names, dates, ...", to(&E::strip)),
+      row("grid", kept, "stored|derived",
+          "stored, the default: keep the grid of the original; derived, the default with --psnr, --ratio and "
+          "--bits: recompute it from decoded voxels on demand",
+          to<GridOrigin>(&E::grid, grid_origin_names), {"stored", "derived"}),
+      row("grid-only", kept, "", "Store only the adaptive grid; voxels between its points are interpolated",
+          to(&E::grid_only)),
+      row(setting::mesh_error.name, kept, "E",
+          "Refine the mesh until interpolating it is within E of every voxel (E >= --surface-error or "
+          "--max-error)",
+          to(&E::mesh_error)),
+      row(setting::surface_error.name, kept, "F",
+          "Smaller maximum error at the vertices of the mesh (needs --max-error)", to(&E::surface_error)),
       row(setting::accuracy.name, grid, "m",
-          "Follow the volume as closely as a regular m-gon follows its circle (default: 20)",
-          to(&E::accuracy)),
-      row(setting::cube.name, grid, "S", "Edge of a root cube: a power of two from 4 to 256 (default: 32)",
-          to(&E::cube_size)),
-      row(setting::lead.name, grid, "0|1",
-          "For experts: the first plane of the lattice, 1 (default) or 0; see the manual page", to(&E::lead)),
-      row(setting::max_level.name, grid, "n", "Refine no further than level n", to(&E::max_level)),
+          "How finely the mesh follows curved surfaces; larger is finer (default: 20)", to(&E::accuracy)),
       row(setting::range.name, grid, "lo:hi|auto",
-          "Span of values that counts as 8 voxels of height; auto: the span of the data", set_range),
-      row(setting::field_scale.name, grid, "lambda", "Voxels of height per unit of value, instead of --range",
-          to(&E::field_scale)),
+          "Values that matter; a narrower range makes a finer mesh; auto: the range of the data", set_range),
+      row(setting::max_level.name, grid, "n", "Refine no further than level n", to(&E::max_level)),
       row(setting::brick.name, grid, "N",
           "Edge of a brick in root cubes (default: 64/S, with --psnr, --ratio and --bits 128/S, but at least "
           "2)",
           to(&E::brick_edge)),
+      row(setting::cube.name, grid, "S", "Edge of a root cube: a power of two from 4 to 256 (default: 32)",
+          to(&E::cube_size)),
+      row(setting::field_scale.name, grid, "lambda", "Voxels of height per unit of value, instead of --range",
+          to(&E::field_scale)),
+      row(setting::lead.name, grid, "0|1", "For experts: the first plane of the lattice, 1 (default) or 0",
+          to(&E::lead)),
       row("dims", headerless, "X,Y,Z", "Samples along x (fastest), y and z", to(&S::dims)),
       row("type", headerless, "TYPE",
           "Sample type: uint8, int8, uint16, int16, uint32, int32, float32 or float64", to(&S::type)),

@@ -39,23 +39,23 @@ void refuse_terminal(const Ranks& ranks, const std::string& output, const char* 
 }
 
 void add_format_option(CLI::App& command, std::string& format, const std::string& other) {
-  std::vector<std::string> help;
+  std::vector<std::string> list;
   for (const Format* written : written_formats())
-    help.push_back(fmt::format("{} ({})", written->name, written->help));
-  if (!other.empty()) help.push_back(other);
-  add_text_option(
-      command, "--format", format, "FORMAT",
-      fmt::format("Format of the output (default: from its extension):\n{}", fmt::join(help, "\n")))
-      ->check([other](const std::string& given) {
-        if (!other.empty() && given == other) return std::string();
-        // A program that somebody added is not in the list.
-        try {
-          format_named(given);
-          return std::string();
-        } catch (const UsageError& error) {
-          return std::string(error.what());
-        }
-      });
+    list.push_back(fmt::format("{} ({})", written->name, written->help));
+  const std::string help =
+      other.empty()
+          ? fmt::format("Format of the output (default: from its extension):\n{}", fmt::join(list, "\n"))
+          : fmt::format("Format of the output: {}, or any that decode writes", other);
+  add_text_option(command, "--format", format, "FORMAT", help)->check([other](const std::string& given) {
+    if (!other.empty() && given == other) return std::string();
+    // A program that somebody added is not in the list.
+    try {
+      format_named(given);
+      return std::string();
+    } catch (const UsageError& error) {
+      return std::string(error.what());
+    }
+  });
 }
 
 const Format& volume_format_option(const std::string& format, const std::string& output) {

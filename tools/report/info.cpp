@@ -210,11 +210,29 @@ ordered_json settings_json(const CodingParameters& p) {
           {"max_error", bound_or_null(p.max_error)},
           {"transform_step", number_or_null(p.transform_step, p.transform_step > 0)},
           {"surface_error", bound_or_null(p.surface_error)},
+          {"thresholds", p.thresholds.numbers()},
           {"mesh_error", bound_or_null(p.mesh_error)},
           {"effort", name_of(p.effort)},
           {"mode", p.mode == FileMode::voxels ? "voxels" : "grid"},
           {"grid", name_of(p.grid)}};
 }
+
+namespace {
+
+ordered_json thresholds_json(const TagHeader& header, const Statistics& total, bool is_scale_known) {
+  const Rescale rescale = header.metadata.rescale();
+  const Thresholds& thresholds = header.parameters.thresholds;
+  ordered_json all = ordered_json::array();
+  for (std::size_t i = 0; i < thresholds.count; ++i)
+    all.push_back(
+        {{"sample", thresholds.all[i]},
+         {"value", number_or_null(rescale.slope * thresholds.all[i] + rescale.intercept, is_scale_known)},
+         {"samples_at_least", total.at_least.all[i]},
+         {"samples_moved", total.moved.all[i]}});
+  return all;
+}
+
+}  // namespace
 
 ordered_json achieved_json(const TagHeader& header, const Statistics& total) {
   const Achieved a = achieved_of(total);
@@ -225,6 +243,7 @@ ordered_json achieved_json(const TagHeader& header, const Statistics& total) {
           {"rmse", a.rmse},
           {"psnr", std::isnan(a.psnr) ? ordered_json(nullptr) : ordered_json(a.psnr)},
           {"mesh_error", bound_or_null(total.mesh_error)},
+          {"thresholds", thresholds_json(header, total, is_known)},
           {"max_error_in_values", number_or_null(slope * a.max_error, is_known)},
           {"rmse_in_values", number_or_null(slope * a.rmse, is_known)},
           {"units_of_values", json_text_or_null(is_known ? rescale.units : "")}};
@@ -363,6 +382,13 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   if (p.transform_step > 0)
     line("wavelet", fmt::format("step {:.4g}, in bricks where it is smaller", p.transform_step));
   if (p.surface_error >= 0) line("", fmt::format("bound {} at active points", p.surface_error));
+  for (std::size_t i = 0; i < p.thresholds.count; ++i)
+    line(i == 0 ? "thresholds" : "",
+         fmt::format("{}: {:.4g} % of the samples are at least this; {} would have changed sides",
+                     sample_text(p.thresholds.all[i], header),
+                     100.0 * static_cast<double>(errors.at_least.all[i]) /
+                         static_cast<double>(p.dims.x * p.dims.y * p.dims.z * header.volumes),
+                     errors.moved.all[i]));
   if (p.mesh_error >= 0)
     line("mesh error",
          fmt::format("bound {}, reached {}", p.mesh_error, error_text(errors.mesh_error, header)));

@@ -87,6 +87,14 @@ ordered_json json_text_or_null(const std::string& bytes) {
   return bytes.empty() ? ordered_json(nullptr) : ordered_json(json_text(bytes));
 }
 
+std::string sample_text(double sample, const TagHeader& header) {
+  const Rescale rescale = header.metadata.rescale();
+  const std::string unit = rescale.units.empty() ? "" : " " + printable(rescale.units);
+  if (rescale.slope == 1 && rescale.intercept == 0) return fmt::format("{}{}", sample, unit);
+  return fmt::format("{:.10g}{} ({} in stored samples)", sample * rescale.slope + rescale.intercept, unit,
+                     sample);
+}
+
 std::string error_text(double error, const TagHeader& header) {
   if (header.metadata.has_slopes_of_slices()) {
     const auto slices = rescale_of_slices(header.metadata, header.parameters.dims.z);

@@ -27,6 +27,8 @@ std::vector<std::string> times_summary(const TagHeader& header);
 /// An error of samples: "2", "2 HU", "2 in stored samples (5 HU)", as the volume says what samples mean; if slices have
 /// individual slopes, "2 in stored samples (at most 5 in values)".
 std::string error_text(double error, const TagHeader& header);
+/// The same of a sample.
+std::string sample_text(double sample, const TagHeader& header);
 
 /// "space left-posterior-superior, in mm": in which coordinates a mesh or a surface lies.
 std::string coordinates_text(const TagHeader& header);

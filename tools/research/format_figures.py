@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """tools/research/format_figures.py FOLDER
 
-Draws the figures of docs/format.md: the wavefront of lanes, the six tetrahedra of a root cube, and three bisections.
+Draws the figures of docs/dev/format.md: the wavefront of lanes, the six tetrahedra of a root cube, and three bisections.
 """
 
 import itertools

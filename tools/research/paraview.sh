@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Follows docs/paraview.md in ParaView, checks what it shows, and draws the pictures in docs/paraview again.
+# Follows docs/viewing.md in ParaView, checks what it shows, and draws the pictures in docs/paraview again.
 #   tools/research/paraview.sh [--tagrid PROGRAM] [--output DIRECTORY]
 # Needs pvpython, Xvfb and pillow (Debian: python3-paraview, xvfb, xauth, python3-pil), and the Python package of tagrid, installed
 # or built. python3-paraview and python3-vtk9, which the tests need, exclude each other on Debian 12; this does without installing:

@@ -1,4 +1,4 @@
-// How the attributes of a data set describe a volume. docs/manual.md lists them.
+// How the attributes of a data set describe a volume. docs/formats.md lists them.
 #pragma once
 
 #include <hdf5.h>

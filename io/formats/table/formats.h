@@ -20,7 +20,7 @@ namespace tagrid {
 /// How a volume is written.
 struct WriteOptions {
   SinkOptions files = {};
-  /// For programs that write formats, by their names: see docs/readers.md. Those that a format does not have
+  /// For programs that write formats, by their names: see docs/dev/readers.md. Those that a format does not have
   /// are ignored.
   std::map<std::string, std::string> wishes = {};
   KnownFacts known = {};

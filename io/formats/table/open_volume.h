@@ -14,7 +14,7 @@ namespace tagrid {
 /// as NRRD (unless `source.raw` has an offset). It must then agree with `raw`, if given: a different size is
 /// BrokenInput; a different type, spacing or byte order is UsageError. A file that begins as an OpenVDB file
 /// is read as OpenVDB; it must be a regular file, not a pipe. Files of other known formats, and directories
-/// of them, are read by reader programs (docs/readers.md). Anything else needs `raw`, or a reader that has
+/// of them, are read by reader programs (docs/dev/readers.md). Anything else needs `raw`, or a reader that has
 /// the name of the file's extension. `source.from` names the format instead. File sizes are checked at once.
 std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceDescription& source = {});
 

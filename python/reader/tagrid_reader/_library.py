@@ -38,7 +38,8 @@ class Info(ctypes.Structure):
                 ("achieved_rmse", c_double), ("achieved_psnr", c_double), ("achieved_mesh_error", c_double),
                 ("low", c_double), ("high", c_double), ("mean", c_double), ("file_bytes", c_uint64),
                 ("header_bytes", c_uint64), ("activity_bytes", c_uint64), ("value_bytes", c_uint64), ("index_bytes", c_uint64), ("bricks", c_int64 * 3), ("brick_edge", c_int64),
-                ("active_points", c_uint64), ("lead", c_int), ("unknown_parts", c_int)]
+                ("active_points", c_uint64), ("lead", c_int), ("unknown_parts", c_int), ("threshold_count", c_int),
+                ("thresholds", c_double * 8), ("samples_at_least", c_uint64 * 8), ("samples_moved", c_uint64 * 8)]
 
 
 class Block(ctypes.Structure):

@@ -1,5 +1,5 @@
 // What is known of coefficients before any is coded: trained on CT volumes at 37 to 52 dB
-// (docs/decisions/0049-transform.md). The tables are part of the format.
+// (docs/dev/decisions/0049-transform.md). The tables are part of the format.
 #pragma once
 
 #include <array>

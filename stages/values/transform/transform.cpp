@@ -156,13 +156,11 @@ bool filter_if_better(std::span<const T> samples, std::int32_t center, const Tra
 
 template <class T>
 void add_errors(std::span<const T> samples, std::int32_t center, const TransformBrick& brick,
-                std::span<const std::int32_t> values, FilterFit& fit) {
+                std::span<const std::int32_t> values, FilterSums& sums) {
   std::vector<std::int32_t> lacking(samples.size());
   load(samples, center, std::span(lacking));
   for (std::size_t i = 0; i < lacking.size(); ++i) lacking[i] -= values[i];
-  FilterSums sums;
   add_to_sums(values, lacking, brick.size, brick.step, fraction_bits(sizeof(T)), sums);
-  fit.add(sums);
 }
 
 /// Corrects samples beyond the bound E by multiples of 2E + 1: their number, and for each the samples since the one
@@ -217,7 +215,7 @@ bool encode_transform(std::span<const T> samples, const TransformBrick& brick, s
   }
   transform_back(coefficients, shape);
   store<T>(coefficients, center, reconstruction);
-  if (brick.fit != nullptr) add_errors(samples, center, brick, coefficients, *brick.fit);
+  if (brick.sums != nullptr) add_errors(samples, center, brick, coefficients, *brick.sums);
   if (is_filter(brick.filter))
     coder.code_raw(filter_if_better(samples, center, brick, std::span(coefficients), reconstruction), 1);
   if (!code_corrections(coder, samples, brick.max_error, reconstruction)) return false;

@@ -20,7 +20,7 @@ struct TransformBrick {
   std::uint32_t step = 1;      ///< of quantization, in 2^-6 of a sample, 1 .. largest_transform_step
   std::int64_t max_error = 0;  ///< of any sample
   FilterWeights filter{};
-  FilterFit* fit = nullptr;  ///< what a filter has to do is added to it; nullptr: to none
+  FilterSums* sums = nullptr;  ///< an encoder adds the errors that a filter can mend; nullptr: nowhere
 };
 
 /// Appends the code of a brick, x fastest. Returns false and appends nothing if it would be long: for noise that is

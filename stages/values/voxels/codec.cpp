@@ -113,7 +113,7 @@ PendingVoxels<T> encode_narrow_voxels(std::span<const T> samples, const VoxelBri
 TransformBrick transform_of(const VoxelBrick& brick) {
   const double steps = brick.transform_step / least_transform_step;
   return {brick.owned.size(), static_cast<std::uint32_t>(steps), brick.bounds.max_error, brick.filter,
-          brick.fit};
+          brick.sums};
 }
 
 /// In a file with a transform, bricks that are not transformed are exact.

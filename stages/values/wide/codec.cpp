@@ -159,7 +159,7 @@ VoxelBrick brick_of_numbers(const NarrowForm& form, const WideBrick& brick) {
           brick.effort,
           step_of_numbers(form, brick.transform_step),
           brick.filter,
-          brick.fit};
+          brick.sums};
 }
 
 template <class T>

@@ -1,4 +1,4 @@
-"""Voxels of the best effort: section 7.10 of docs/format.md."""
+"""Voxels of the best effort: section 7.10 of docs/dev/format.md."""
 
 from .coding import SQUASH, STRETCH, AdaptiveBit, IntegerModel, clamp
 from .voxels import TAPS, Bias, VoxelDecoder, log_scale, low_bits, thirds, trit

@@ -1,4 +1,4 @@
-"""Entropy coder, adaptive bits, mixing, integers, symbols: section 5 of docs/format.md."""
+"""Entropy coder, adaptive bits, mixing, integers, symbols: section 5 of docs/dev/format.md."""
 
 import math
 import zlib

@@ -1,4 +1,4 @@
-"""Values that are few: section 12 of docs/format.md. Floats are kept as their bits."""
+"""Values that are few: section 12 of docs/dev/format.md. Floats are kept as their bits."""
 
 import math
 import struct

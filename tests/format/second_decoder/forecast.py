@@ -1,4 +1,4 @@
-"""The forecast of the activity from decoded samples: section 6.6 of docs/format.md."""
+"""The forecast of the activity from decoded samples: section 6.6 of docs/dev/format.md."""
 
 import ctypes
 import math

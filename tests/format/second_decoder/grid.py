@@ -1,4 +1,4 @@
-"""Points of a closed box, activity, values of points: sections 6 and 8 of docs/format.md."""
+"""Points of a closed box, activity, values of points: sections 6 and 8 of docs/dev/format.md."""
 
 from itertools import product
 

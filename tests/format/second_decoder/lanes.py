@@ -1,4 +1,4 @@
-"""Voxels of the efforts default and fast: sections 7.1 to 7.9 of docs/format.md."""
+"""Voxels of the efforts default and fast: sections 7.1 to 7.9 of docs/dev/format.md."""
 
 import collections
 import functools

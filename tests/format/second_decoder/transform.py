@@ -1,4 +1,4 @@
-"""The transform: section 13 of docs/format.md."""
+"""The transform: section 13 of docs/dev/format.md."""
 
 from .coding import SQUASH, STRETCH, AdaptiveBit, Broken, Decoder, IntegerModel, clamp
 from .transform_tables import BAND, BLOCK, EXPECTED, FAR_SIGN, NEAR, SIGN, WEIGHTS

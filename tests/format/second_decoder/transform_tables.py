@@ -1,4 +1,4 @@
-"""What is known of coefficients before any is decoded: section 13.7 of docs/format.md, copied from there."""
+"""What is known of coefficients before any is decoded: section 13.7 of docs/dev/format.md, copied from there."""
 
 
 def numbers(text):

@@ -1,4 +1,4 @@
-"""Values of voxels: section 7 of docs/format.md."""
+"""Values of voxels: section 7 of docs/dev/format.md."""
 
 from .coding import RATE, Bits, Broken, Decoder, IntegerModel, clamp
 

@@ -1,4 +1,4 @@
-"""Values of 32-bit integers and floats: section 11 of docs/format.md. A float is kept as its bits."""
+"""Values of 32-bit integers and floats: section 11 of docs/dev/format.md. A float is kept as its bits."""
 
 import math
 import struct

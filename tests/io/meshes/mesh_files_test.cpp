@@ -324,7 +324,7 @@ TEST_F(SurfaceFiles, TheNameSaysTheFormat) {
     EXPECT_TRUE(has(message_of<UsageError>([&] { surface_format_of(name); }), ".ply, .stl, .obj or .vtp"));
 }
 
-// Programs that write a mesh as docs/readers.md says, and programs that do not.
+// Programs that write a mesh as docs/dev/readers.md says, and programs that do not.
 
 using testing::ElementsAre;
 using testing::HasSubstr;

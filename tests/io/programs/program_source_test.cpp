@@ -229,7 +229,7 @@ sleep 1000
   EXPECT_THROW(source->read_slices(reinterpret_cast<std::byte*>(samples), 3), WorldError);
 }
 
-// Writers that do as docs/readers.md says, and writers that do not.
+// Writers that do as docs/dev/readers.md says, and writers that do not.
 
 using testing::ElementsAre;
 using testing::HasSubstr;

@@ -102,7 +102,7 @@ TEST(IdPlanes, TheirMemoryFollowsALayerOfBricksAndNotTheDepth) {
   }
 }
 
-// docs/design.md states this formula.
+// docs/dev/design.md states this formula.
 TEST(IdPlanes, TheirMemoryIsThatOfTheFormula) {
   const BrickGrid bricks{{{1000, 900, 3000}, 32}, 2};
   const std::uint64_t nx = 1025, ny = 929, w = 65;

@@ -222,7 +222,7 @@ RC_GTEST_PROP(ActivityCoding, AnyBytesGiveAConformingSetUpToTheLevel, ()) {
 }
 
 // Candidates and contexts, which are found for whole words of points, compared with their definitions in
-// docs/format.md, point by point. (The second decoder compares the sets of neighbours.)
+// docs/dev/format.md, point by point. (The second decoder compares the sets of neighbours.)
 
 std::vector<Pass> passes_of(int cube_size) {
   std::vector<Pass> passes;

@@ -122,7 +122,7 @@ void expect_valid(const SymbolModel& model) {
   RC_ASSERT(32768 - model.below[15] >= SymbolTargets::least);
 }
 
-// As section 5.6 of docs/format.md has it.
+// As section 5.6 of docs/dev/format.md has it.
 void learn(SymbolModel& model, std::size_t symbol) {
   const int rate = learning_rates[static_cast<std::size_t>(model.below[0] / 1024)];
   for (std::size_t i = 0; i < symbol_count; ++i) {

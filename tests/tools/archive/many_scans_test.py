@@ -5,7 +5,7 @@ originals removed and brought back, a patient forgotten. Every file that was the
 
 The scans are parts of the volumes in ../shared/data where these are present, otherwise of phantoms: DICOM series (with
 pydicom), NRRD, NIfTI and MetaImage, of many patients. TAGRID_SCANS: how many (100). With TAGRID_LONG, 1000 larger ones,
-several GB. At the end it prints what docs/scale.md shows."""
+several GB. At the end it prints what docs/dev/scale.md shows."""
 
 import json
 import os

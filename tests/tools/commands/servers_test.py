@@ -1,4 +1,4 @@
-"""The settings in docs/servers.md work with Debian's nginx and Apache: files are read, and browsers may read them.
+"""The settings in docs/web.md work with Debian's nginx and Apache: files are read, and browsers may read them.
 
 A server that is not installed is skipped with a message."""
 
@@ -16,7 +16,7 @@ import urllib.request
 
 from program import ProgramTest
 
-DOCUMENT = pathlib.Path(__file__).resolve().parents[3] / "docs" / "servers.md"
+DOCUMENT = pathlib.Path(__file__).resolve().parents[3] / "docs" / "web.md"
 LISTS = {"Access-Control-Allow-Headers": {"range", "if-range", "if-match"},
          "Access-Control-Expose-Headers": {"content-range", "content-length", "accept-ranges", "etag"}}
 

@@ -1,4 +1,4 @@
-"""Compares tagrid with other codecs on any volumes. See --help, and docs/benchmarks.md."""
+"""Compares tagrid with other codecs on any volumes. See --help, and docs/dev/benchmarks.md."""
 
 import os
 import sys
@@ -17,7 +17,7 @@ def command_line():
                         help="bounds of the largest error; default 0,1,2,4,8 (8 bits) or 0,2,5,10,20,50 (16 bits)")
     parser.add_argument("--repetitions", type=positive, default=3, metavar="N",
                         help="number of runs, of which the median counts (3); JPEG XL has one")
-    parser.add_argument("--codecs", metavar="NAME,NAME,...", help="use only these (docs/benchmarks.md lists them); default: all that are installed")
+    parser.add_argument("--codecs", metavar="NAME,NAME,...", help="use only these (docs/dev/benchmarks.md lists them); default: all that are installed")
     parser.add_argument("--threads", type=positive, default=len(os.sched_getaffinity(0)), metavar="N",
                         help="threads, in addition to one; default: all processors that the process may run on")
     parser.add_argument("--output", type=Path, default=Path("benchmark"), metavar="DIRECTORY",

@@ -2,7 +2,7 @@
 """python3 tools/research/bench/low_rates.py TAGRID DATA [VOLUME ...]
 
 Bits per voxel that `encode --psnr` takes for real volumes: of the file, and of the values alone. DATA has NRRD headers
-of volumes; see docs/decisions/0049-transform.md, whose table this makes. If sperr3d is installed, its bits are beside
+of volumes; see docs/dev/decisions/0049-transform.md, whose table this makes. If sperr3d is installed, its bits are beside
 them. Also the time of decoding per voxel, with one thread, start and output included.
 """
 

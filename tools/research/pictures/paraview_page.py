@@ -1,4 +1,4 @@
-"""Follows docs/paraview.md in ParaView, checks what it shows, and draws the pictures of that page.
+"""Follows docs/viewing.md in ParaView, checks what it shows, and draws the pictures of that page.
 
     tools/research/paraview.sh [--tagrid PROGRAM] [--output DIRECTORY]
 

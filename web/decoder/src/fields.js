@@ -1,4 +1,4 @@
-// The lines of an NRRD header that describe the scan: docs/format.md, 4.2.
+// The lines of an NRRD header that describe the scan: docs/dev/format.md, 4.2.
 
 const names = new Set(["content", "number", "block size", "min", "max", "old min", "old max", "sample units", "spacings",
   "thicknesses", "axis mins", "axis maxs", "centers", "labels", "units", "kinds", "space", "space dimension", "space units",

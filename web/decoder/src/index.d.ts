@@ -2,16 +2,21 @@
 //
 // Three numbers are always x, y, z. Samples lie x fastest, then y, then z. Boxes are half open.
 
+/** Along x, y and z. */
 export type Vector3 = [number, number, number];
 
 /** The samples from `low` up to, but not including, `high`. */
 export interface Box {
+  /** The first sample. */
   low: Vector3;
+  /** One beyond the last sample, along each axis. */
   high: Vector3;
 }
 
+/** The eight types of samples. */
 export type SampleType = "uint8" | "int8" | "uint16" | "int16" | "uint32" | "int32" | "float32" | "float64";
 
+/** An array of the type of the volume. */
 export type Samples =
   Uint8Array | Int8Array | Uint16Array | Int16Array | Uint32Array | Int32Array | Float32Array | Float64Array;
 
@@ -21,8 +26,11 @@ export type Samples =
  * source did not give is null.
  */
 export interface Geometry {
+  /** The distances between neighboring samples. */
   spacing: Vector3 | null;
+  /** The position of sample (0, 0, 0). */
   origin: Vector3 | null;
+  /** From a sample to the next one along each axis. */
   directions: [Vector3, Vector3, Vector3] | null;
 }
 
@@ -32,6 +40,7 @@ export interface Level {
   level: number;
   /** Samples of the volume along the edge of a sample of this level: 1 for the volume. */
   factor: number;
+  /** The numbers of samples. */
   dims: Vector3;
   /** As `Volume.geometry`: samples of overviews lie in the middle of what they stand for. */
   geometry: Geometry;
@@ -47,6 +56,7 @@ export interface Bounds {
   meshError: number | null;
   /** The largest error that was measured during encoding; Infinity if a NaN or an infinity did not come back. */
   achievedMaxError: number | null;
+  /** The root of the mean of squared errors. */
   achievedRmse: number | null;
   /** In dB. */
   achievedPsnr: number | null;
@@ -60,6 +70,7 @@ export interface GridOptions {
   signal?: AbortSignal;
 }
 
+/** What to read. */
 export interface ReadOptions {
   /** In samples of the level, within its dims. The default is all of it. */
   box?: Box;
@@ -71,11 +82,14 @@ export interface ReadOptions {
 
 /** One volume of a file. Any number of reads may run at once. */
 export interface Volume {
+  /** The numbers of samples. */
   readonly dims: Vector3;
   readonly type: SampleType;
+  /** Where the samples are. */
   readonly geometry: Geometry;
   /** This volume and its overviews, from fine to coarse. */
   readonly levels: readonly Level[];
+  /** How exact the samples are. */
   readonly bounds: Bounds;
   /** The smallest and the largest finite sample, and the mean, of the original; null if no sample is finite. */
   readonly range: { low: number; high: number; mean: number } | null;
@@ -130,7 +144,9 @@ export interface Source {
   read(offset: number, length: number, signal: AbortSignal): Promise<Uint8Array | ArrayBuffer>;
 }
 
+/** How to fetch and decode a file. */
 export interface OpenOptions {
+  /** Ends the opening: it then fails with `signal.reason`. */
   signal?: AbortSignal;
   /** Workers that decode. The default is one fewer than the cores of the machine; 0: decode on the calling thread. */
   workers?: number;
@@ -154,6 +170,7 @@ export interface OpenOptions {
 
   /** Of URLs: the options of fetch(). */
   headers?: Record<string, string>;
+  /** Of URLs: whether cookies are sent, as an option of fetch(). */
   credentials?: RequestCredentials;
   /** Of URLs: in place of the global fetch(). */
   fetch?: typeof fetch;
@@ -181,6 +198,7 @@ export interface OpenOptions {
  */
 export function open(source: string | URL | Blob | Source, options?: OpenOptions): Promise<Volume>;
 
+/** The kinds of errors. */
 export type ErrorCode =
   /** An argument is invalid: a box outside of the volume, an unknown level. */
   | "invalid-argument"
@@ -212,6 +230,7 @@ export type ErrorCode =
  * (An aborted call fails with the reason of its signal, and the cause of a failed `Source.read()` is its own error.)
  */
 export class TagridError extends Error {
+  /** Its kind, for programs. */
   readonly code: ErrorCode;
   /** The HTTP status, if a server answered with an error. */
   readonly status?: number;

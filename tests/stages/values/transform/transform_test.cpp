@@ -295,7 +295,7 @@ TEST(Transform, ErrorsFallWithTheStepAndBytesRise) {
   }
 }
 
-// The sum over all neighbours, as docs/format.md has it.
+// The sum over all neighbours, as docs/dev/format.md has it.
 TEST(Filter, IsItsFormulaForAnyNumbers) {
   std::mt19937 random(1);
   for (const Index3& size : sizes) {
@@ -350,7 +350,7 @@ TEST(Filter, IsItsFormulaForAnyNumbers) {
 // Weights that were fitted to a brick restore a part of what it lost, and no weights lose more than none.
 TEST(Filter, MakesErrorsSmaller) {
   const auto samples = body(body_size);
-  const auto squares = [&](const FilterWeights& weights, FilterFit* fit) {
+  const auto squares = [&](const FilterWeights& weights, FilterSums* fit) {
     std::vector<std::int16_t> decoded(samples.size());
     std::vector<std::uint8_t> bytes;
     EXPECT_TRUE(
@@ -359,9 +359,9 @@ TEST(Filter, MakesErrorsSmaller) {
     for (std::size_t i = 0; i < samples.size(); ++i) sum += std::pow(decoded[i] - samples[i], 2);
     return sum;
   };
-  FilterFit fit;
+  FilterSums fit;
   const double without = squares({}, &fit);
-  EXPECT_LT(squares(fit.weights(), nullptr), 0.9 * without);
+  EXPECT_LT(squares(fitted_weights(fit), nullptr), 0.9 * without);
   FilterWeights useless;
   useless.fill(-most_filter_weight);
   EXPECT_EQ(squares(useless, nullptr), without);
@@ -376,12 +376,12 @@ TEST(Filter, IsFittedToBricksInAnyOrder) {
     for (std::int32_t& v : lacking) v = static_cast<std::int32_t>(random() % 200) - 100;
     add_to_sums(values, lacking, body_size, 500, 6, sums);
   }
-  FilterFit forth, back;
+  FilterSums forth, back;
   for (const FilterSums& sums : bricks) forth.add(sums);
   for (auto sums = bricks.rbegin(); sums != bricks.rend(); ++sums) back.add(*sums);
-  EXPECT_EQ(forth.weights(), back.weights());
-  EXPECT_NE(forth.weights(), FilterWeights{});
-  EXPECT_EQ(FilterFit().weights(), FilterWeights{});
+  EXPECT_EQ(fitted_weights(forth), fitted_weights(back));
+  EXPECT_NE(fitted_weights(forth), FilterWeights{});
+  EXPECT_EQ(fitted_weights({}), FilterWeights{});
 }
 
 // Faces of bricks must not be seen. If steps were not finer there, the errors of this noise would be 1.18 times those
