@@ -31,6 +31,13 @@ TAGRID_VECTOR_CODE void add_differences(const std::int16_t* here, const std::int
   }
 }
 
+// Not a loop: compilers that are told not to unroll loops would leave it as it is.
+template <std::size_t... k>
+TAGRID_INLINE std::int32_t weighted(const std::int16_t* differences, std::size_t stride,
+                                    const std::int32_t* weights, std::index_sequence<k...>) {
+  return (... + (differences[k * stride] * weights[k]));
+}
+
 TAGRID_VECTOR_CODE void add_corrections(const std::int16_t* differences, std::size_t stride, std::size_t n,
                                         const std::int16_t* weights, std::int32_t most, int shift,
                                         std::int32_t* __restrict values) {
@@ -38,10 +45,8 @@ TAGRID_VECTOR_CODE void add_corrections(const std::int16_t* differences, std::si
   for (std::size_t k = 0; k < filter_weights; ++k) w[k] = weights[k];
   TAGRID_INDEPENDENT
   for (std::size_t i = 0; i < n; ++i) {
-    // Nested, so that compilers unroll both loops.
-    std::int32_t sum = 512;
-    for (std::size_t k = 0; k < filter_weights; k += 8)
-      for (std::size_t g = k; g < k + 8; ++g) sum += differences[g * stride + i] * w[g];
+    const std::int32_t sum =
+        512 + weighted(differences + i, stride, w, std::make_index_sequence<filter_weights>());
     const std::int32_t correction = std::min(std::max(sum >> 10, -most), most);
     values[i] = static_cast<std::int32_t>(static_cast<std::uint32_t>(values[i]) +
                                           (static_cast<std::uint32_t>(correction) << shift));
