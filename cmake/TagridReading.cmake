@@ -2,8 +2,8 @@
 # same sources are in the rooms of the whole library. Here, a source that includes or links anything else does not
 # build.
 set(rooms stages/grid stages/sample stages/bound stages/criterion stages/entropy stages/activity stages/values/prediction
-          stages/values/best stages/values/few stages/values/points stages/values/transform stages/values/voxels
-          stages/values/wavefront stages/values/wide stages/brick io/bytes)
+          stages/values/best stages/values/few stages/values/points stages/values/sides stages/values/transform
+          stages/values/voxels stages/values/wavefront stages/values/wide stages/brick io/bytes)
 set(sources io/errors/errors.cpp io/text/text.cpp io/volume/volume_info.cpp
             io/metadata/entries.cpp io/metadata/fields.cpp io/metadata/geometry.cpp io/metadata/metadata.cpp
             io/parity/layout.cpp
