@@ -12,7 +12,6 @@
 #include "io/tag/header.h"
 #include "io/volume/one_of_volumes.h"
 #include "stages/grid/lattice.h"
-#include "stages/sample/numbers.h"
 
 namespace tagrid {
 namespace {
@@ -87,20 +86,26 @@ bool bounds_values(const EncodeOptions& options) {
 }
 
 // The least sample of the upper side of a threshold: of values that are at least it, or with a negative slope, below it.
+// Nothing if all samples of the type are on one side.
 template <class T>
-std::optional<T> least_of_upper_side(double threshold, const Rescale& rescale) {
-  const auto is_upper = [&](T sample) {
-    const double value = rescale.slope * static_cast<double>(sample) + rescale.intercept;
-    return rescale.slope > 0 ? value >= threshold : value < threshold;
-  };
-  std::optional<T> least = threshold_of<T>((threshold - rescale.intercept) / rescale.slope);
-  if (!least) return {};
-  // The quotient is rounded: the product decides.
-  constexpr int most_off = 8;
-  for (int i = 0; i < most_off && !is_upper(*least) && *least < std::numeric_limits<T>::max(); ++i)
-    least = from_key<T>(key_of(*least) + 1);
-  for (int i = 0; i < most_off && is_upper(below_threshold(*least)); ++i) least = below_threshold(*least);
-  return threshold_of<T>(static_cast<double>(*least));
+std::optional<double> least_of_upper_side(double threshold, const Rescale& rescale) {
+  if (rescale.slope == 1 && rescale.intercept == 0) return threshold_of(threshold, sample_type_of<T>());
+  if constexpr (std::is_floating_point_v<T>) {
+    // Values of neighboring samples are rounded to the same number, in a way that depends on who computes them.
+    throw UsageError("{} is not possible for floats with a slope or an intercept", setting::threshold);
+  } else {
+    const auto is_upper = [&](std::int64_t sample) {
+      const double value = rescale.slope * static_cast<double>(sample) + rescale.intercept;
+      return rescale.slope > 0 ? value >= threshold : value < threshold;
+    };
+    std::int64_t lower = std::numeric_limits<T>::min(), upper = std::numeric_limits<T>::max();
+    if (is_upper(lower) || !is_upper(upper)) return {};
+    while (upper - lower > 1) {
+      const std::int64_t middle = lower + (upper - lower) / 2;
+      (is_upper(middle) ? upper : lower) = middle;
+    }
+    return static_cast<double>(upper);
+  }
 }
 
 Thresholds thresholds_in_samples(const std::vector<double>& values, const Rescale& rescale, SampleType type) {
@@ -110,7 +115,7 @@ Thresholds thresholds_in_samples(const std::vector<double>& values, const Rescal
       const auto least = least_of_upper_side<decltype(sample)>(value, rescale);
       require(least.has_value(), {"{} {}: all values that samples of {} can have are on one side of it",
                                   setting::threshold, value, name_of(type)});
-      samples.push_back(static_cast<double>(*least));
+      samples.push_back(*least);
     });
   std::ranges::sort(samples);
   samples.erase(std::unique(samples.begin(), samples.end()), samples.end());

@@ -107,6 +107,8 @@ EncodeOptions options_of(const tagrid_encode_options& given) {
   if (given.error_rule != TAGRID_RULE_NONE)
     options.error_rule = ErrorRule{kinds[given.error_rule - TAGRID_RULE_NOISE], given.error_rule_value};
   // One more than allowed is refused like any larger number.
+  require(given.threshold_count == 0 || given.thresholds != nullptr,
+          "threshold_count is given without thresholds");
   if (given.thresholds != nullptr)
     options.thresholds.assign(given.thresholds,
                               given.thresholds + std::min(given.threshold_count, most_thresholds + 1));

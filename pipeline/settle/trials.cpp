@@ -122,6 +122,12 @@ Tried Trials::encode(const CodingParameters& parameters, bool sampled, FilterSum
   // Squares of very small errors are 0.
   if (tried.rmse == 0) tried.rmse = all.max_error;
   tried.psnr = 20 * std::log10(peak_ / tried.rmse);
+  // The bound is kept before samples are moved to their sides. With a smaller one, the file would not be that of the trial.
+  if (parameters.transform_step > 0 && parameters.thresholds.count > 0) {
+    CodingParameters unmoved = parameters;
+    unmoved.thresholds = {};
+    tried.max_error = encode(unmoved, sampled).max_error;
+  }
   return tried;
 }
 

@@ -132,7 +132,7 @@ void require_fit(const Chunk& chunk, const Choice& choice, const tagrid_info& in
   // False for a file without a bound, too: it is NaN.
   if (!(info.max_error <= choice.max_error))
     throw Error(TAGRID_BROKEN_INPUT, "the chunk was coded with a larger bound than that of the data set");
-  if (info.max_error > 0 &&
+  if ((info.max_error > 0 || has_numbers) &&
       !std::ranges::equal(choice.thresholds,
                           std::span(info.thresholds).first(static_cast<std::size_t>(info.threshold_count))))
     throw Error(TAGRID_BROKEN_INPUT, "the chunk was coded with other thresholds than those of the data set");
@@ -188,12 +188,24 @@ constexpr unsigned big_endian_flag = 256;
 
 std::uint64_t joined(unsigned low, unsigned high) { return std::uint64_t{high} << 32 | low; }
 
-// The least number of a type that is at least `value`, as files have it.
-double least_sample(tagrid_type type, double value) {
-  if (type == TAGRID_FLOAT64) return value;
-  if (type != TAGRID_FLOAT32) return std::ceil(value);
-  const auto nearest = static_cast<float>(value);
-  return nearest < value ? std::nextafter(nearest, std::numeric_limits<float>::infinity()) : nearest;
+// Thresholds as files have them: the least numbers of the type that are at least the given ones.
+template <class T>
+std::vector<double> kept_thresholds(const std::vector<double>& given) {
+  using Limits = std::numeric_limits<T>;
+  std::vector<double> kept;
+  for (const double value : given) {
+    if (!(value > static_cast<double>(Limits::lowest()) && value <= static_cast<double>(Limits::max())))
+      refuse("all numbers of the type are on one side of the threshold " + std::to_string(value));
+    double least = std::ceil(value);
+    if constexpr (!Limits::is_integer) {
+      const auto nearest = static_cast<T>(value);
+      least = nearest < value ? std::nextafter(nearest, Limits::infinity()) : nearest;
+    }
+    if (!kept.empty() && value < kept.back() && least != kept.back())
+      refuse("the thresholds are not increasing");
+    if (kept.empty() || kept.back() != least) kept.push_back(least);
+  }
+  return kept;
 }
 
 double bound_of(std::span<const unsigned> numbers) {
@@ -210,13 +222,13 @@ std::size_t Chunk::sample_count() const {
 }
 
 Choice choice_of(std::span<const unsigned> numbers) {
-  const bool is_stored = numbers.size() >= stored_numbers && numbers.size() % 2 == 1;
-  if (is_stored ? numbers.size() > most_stored
+  const bool is_stored = numbers.size() >= stored_numbers;
+  if (is_stored ? numbers.size() > most_stored || numbers.size() % 2 == 0
                 : numbers.size() > most_given ||
                       (numbers.size() > least_with_thresholds && numbers.size() % 2 == 1))
     refuse(
         "the filter takes none to four numbers: E, or the low and high half of a double E, the effort, and 1 "
-        "if chunks are written as a whole; and after these four, the low and high half of up to eight "
+        "if chunks are written as a whole; and after these four, the low and high half of one or two "
         "thresholds");
   Choice choice;
   choice.max_error = bound_of(numbers);
@@ -282,10 +294,12 @@ std::vector<unsigned> numbers_of(const Choice& choice, const Chunk& chunk) {
       static_cast<unsigned>(chunk.dims[2]),
       static_cast<unsigned>(chunk.fill),
       static_cast<unsigned>(chunk.fill >> 32)};
-  for (const double threshold : choice.thresholds) {
-    const auto bits = std::bit_cast<std::uint64_t>(least_sample(chunk.type, threshold));
-    numbers.insert(numbers.end(), {static_cast<unsigned>(bits), static_cast<unsigned>(bits >> 32)});
-  }
+  with_type(chunk.type, [&](auto type) {
+    for (const double threshold : kept_thresholds<decltype(type)>(choice.thresholds)) {
+      const auto bits = std::bit_cast<std::uint64_t>(threshold);
+      numbers.insert(numbers.end(), {static_cast<unsigned>(bits), static_cast<unsigned>(bits >> 32)});
+    }
+  });
   return numbers;
 }
 

@@ -38,22 +38,21 @@ struct Chunk {
   std::size_t bytes() const { return sample_count() * tagrid_sample_size(type); }
 };
 
-/// The numbers (`cd_values`). What a user gives has none to four of them:
+/// The numbers (`cd_values`). What a user gives has none to eight of them:
 ///
 ///     (none)                   every sample comes back
 ///     E                        the bound is the whole number E
 ///     low high                 the bound is a double, by its 32 low and its 32 high bits
 ///     low high effort          0 default, 1 fast, 2 best
 ///     low high effort whole    1: chunks are written once, as a whole; 0: they may be written in parts
-///     low high effort 1 ...    and thresholds, each a double as two numbers, up to eight
+///     low high effort 1 ...    and one or two thresholds, each a double as two numbers
 ///
-/// What is stored in a file has eleven: low, high, effort, whole, the version of this layout (2), type + 256
-/// if samples are big endian, the samples of a chunk along x, y and z, and the 32 low and 32 high bits of the
-/// fill value. Then come the thresholds. So what is given has an even number of numbers, and what is stored an odd one,
-/// unless it is one number.
-constexpr std::size_t stored_numbers = 11, least_with_thresholds = 4,
-                      most_given = least_with_thresholds + 2 * TAGRID_MOST_THRESHOLDS,
-                      most_stored = stored_numbers + 2 * TAGRID_MOST_THRESHOLDS;
+/// What is stored in a file has eleven: low, high, effort, whole, the version of this layout (2, or 3 with thresholds),
+/// type + 256 if samples are big endian, the samples of a chunk along x, y and z, and the 32 low and 32 high bits of the
+/// fill value. Then come the thresholds. There are no more, because h5py before 3.16 reads at most 16 numbers.
+constexpr std::size_t stored_numbers = 11, least_with_thresholds = 4, most_numbers_of_thresholds = 4,
+                      most_given = least_with_thresholds + most_numbers_of_thresholds,
+                      most_stored = stored_numbers + most_numbers_of_thresholds;
 
 /// What a user chose, or a stored data set has. Throws Error if the numbers say nothing, or the bound is no
 /// bound.

@@ -6,6 +6,8 @@ import math
 import operator
 from typing import Any, Iterable, Optional, Sequence
 
+import numpy as np
+
 from ._errors import ArgumentError
 
 #: The number of each effort, in the library and in HDF5 files.
@@ -93,7 +95,9 @@ def factors(overviews: Any) -> Optional[list[int]]:
 def thresholds(threshold: Any) -> list[float]:
     """One number, or several, as increasing ones."""
     try:
-        return sorted(float(value) for value in ([threshold] if isinstance(threshold, (int, float)) else threshold))
+        if isinstance(threshold, (str, bytes)):
+            raise ValueError
+        return sorted(float(value) for value in np.atleast_1d(np.asarray(threshold)).ravel())
     except (TypeError, ValueError):
         raise ArgumentError(f"threshold must be a number or several, such as 300 or (-500, 300), not {threshold!r}") from None
 

@@ -30,7 +30,7 @@ __all__ = ["FILTER_ID", "Filter", "read", "write"]
 FILTER_ID = 33184
 #: The filter's numbers in a file: how many, and the version, which is the fifth number
 #: (plugins/hdf5/coding.h).
-_STORED_NUMBERS, _LAYOUT, _LAYOUT_WITH_THRESHOLDS = 11, 2, 3
+_STORED_NUMBERS, _LAYOUT, _LAYOUT_WITH_THRESHOLDS, _MOST_THRESHOLDS = 11, 2, 3, 2
 
 if TYPE_CHECKING:
     _Base = Mapping[str, Any]
@@ -52,7 +52,7 @@ class Filter(_Base):
     whole_chunks: promises that every chunk is written once and completely. Chunks with a bound then take
         fewer bytes. HDF5 decodes and encodes a chunk again whenever part of it is written, and the errors of
         these encodings add up. Without this promise, the bound holds however a chunk is written.
-    threshold: a number, or up to 8; needs whole_chunks. No sample changes its side of these; see tagrid.encode().
+    threshold: a number, or two; needs whole_chunks. No sample changes its side of these; see tagrid.encode().
 
     Chunks of 64 x 64 x 64 are best. The filter must be the first one, so do not combine it with shuffle.
 
@@ -69,6 +69,8 @@ class Filter(_Base):
         self.max_error, self.effort = finite_bound(max_error), effort
         self.whole_chunks = flag("whole_chunks", whole_chunks)
         self.thresholds = thresholds(() if threshold is None else threshold)
+        if len(self.thresholds) > _MOST_THRESHOLDS:
+            raise ArgumentError(f"threshold has at most {_MOST_THRESHOLDS} numbers in HDF5")
         if self.thresholds and not whole_chunks:
             raise ArgumentError("threshold needs whole_chunks=True: chunks that are written once and completely")
 
@@ -114,7 +116,7 @@ def filter_of(dataset: Any) -> Filter:
         raise ArgumentError(f"{dataset.name}: tagrid must be the only filter of the data set")
     given = properties.get_filter(0)[2]
     others = len(given) - _STORED_NUMBERS
-    if (others not in range(0, 17, 2) or given[2] >= len(EFFORTS) or given[3] > 1
+    if (others not in range(0, 2 * _MOST_THRESHOLDS + 1, 2) or given[2] >= len(EFFORTS) or given[3] > 1
             or given[4] != (_LAYOUT if others == 0 else _LAYOUT_WITH_THRESHOLDS)):
         raise DamagedError(f"{dataset.name}: the numbers of its filter are {tuple(given)}, which tagrid does not know")
     doubles = (*given[:2], *given[_STORED_NUMBERS:])
@@ -181,7 +183,7 @@ def read(dataset: Any, threads: int = 0) -> npt.NDArray[Any]:
                     raise DamagedError(f"it is a volume of the shape {volume.shape} and the type {found.name}")
                 if volume.max_error > bound or step not in (0, step_of(dtype, bound)):
                     raise DamagedError(f"its samples are not known to be within {bound:g}, the bound of the data set")
-                if volume.max_error > 0 and [entry["value"] for entry in volume.info["thresholds"]] != thresholds_given:
+                if (volume.max_error > 0 or step != 0) and [entry["value"] for entry in volume.info["thresholds"]] != thresholds_given:
                     raise DamagedError("its samples are not known to be on their sides of the thresholds of the data set")
                 chunk = decode_chunk(volume).reshape(shape_of_chunk)
         except DamagedError as error:

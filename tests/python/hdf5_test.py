@@ -7,6 +7,7 @@
 import os
 import pathlib
 import subprocess
+import struct
 import sys
 import unittest
 
@@ -207,14 +208,17 @@ class Hdf5Test(unittest.TestCase):
 
     def test_no_sample_changes_its_side_of_a_threshold(self):
         random = numpy.random.default_rng(3)
-        smooth = 300 * numpy.sin(numpy.linspace(0, 9, 30 * 40 * 50)).reshape(30, 40, 50)
+        smooth = 300 * numpy.sin(numpy.linspace(0, 9, 40 * 40 * 50)).reshape(40, 40, 50)
         for dtype, thresholds in (("<i2", (-100, 50.5)), (">f4", (0.1, 200)), ("<f8", 0.1)):
             data = (smooth + random.normal(0, 15, smooth.shape)).astype(dtype)
             settings = tagrid.hdf5.Filter(12, whole_chunks=True, threshold=thresholds)
-            with self.subTest(dtype), h5py.File(self.path, "w") as file:
-                by_hdf5 = file.create_dataset("a", data=data, chunks=(32, 32, 32), **settings)
+            with h5py.File(self.path, "w") as file:
+                file.create_dataset("a", data=data, chunks=(32, 32, 32), **settings)
                 by_threads = file.create_dataset("b", data.shape, dtype, chunks=(32, 32, 32), **settings)
                 tagrid.hdf5.write(by_threads, data)
+            # Opened anew: HDF5 keeps chunks that it wrote.
+            with h5py.File(self.path, "r+") as file:
+                by_hdf5, by_threads = file["a"], file["b"]
                 for back in (by_hdf5[:], by_threads[:], tagrid.hdf5.read(by_hdf5), tagrid.hdf5.read(by_threads)):
                     self.assertGreater(numpy.abs(back - data).max(), 1)
                     self.assertLessEqual(numpy.abs(back.astype("f8") - data).max(), 12)
@@ -226,6 +230,22 @@ class Hdf5Test(unittest.TestCase):
                 by_hdf5.id.write_direct_chunk((0, 0, 0), tagrid.encode(numpy.pad(other, [(0, 32 - n) for n in other.shape]), max_error=12))
                 self.assertRaises(OSError, lambda: by_hdf5[0, 0, 0])
                 self.assertRaisesRegex(tagrid.DamagedError, "threshold", tagrid.hdf5.read, by_hdf5)
+            with h5py.File(self.path, "w") as file:
+                file.create_dataset("a", data=data, chunks=(32, 32, 32), **settings)
+                file.create_dataset("b", data=data, chunks=(32, 32, 32), **tagrid.hdf5.Filter(12))
+            with h5py.File(self.path, "r+") as file:
+                whole, parts = file["a"], file["b"]
+                # Numbers of a lattice are exact, but not on the sides of samples.
+                whole.id.write_direct_chunk((0, 0, 0), parts.id.read_direct_chunk((0, 0, 0))[1])
+                self.assertRaises(OSError, lambda: whole[0, 0, 0])
+                self.assertRaisesRegex(tagrid.DamagedError, "threshold", tagrid.hdf5.read, whole)
+        with h5py.File(self.path, "w") as file:
+            for numbers in (numpy.nan, 300, (200, 100)):
+                given = tagrid.hdf5.Filter(12, whole_chunks=True).filter_options + sum((
+                    struct.unpack("<2I", struct.pack("<d", number)) for number in numpy.atleast_1d(numbers)), ())
+                self.assertRaises(ValueError, file.create_dataset, "c", (40, 40, 40), "u1", chunks=(32, 32, 32),
+                                  compression=tagrid.hdf5.FILTER_ID, compression_opts=given)
+        self.assertRaisesRegex(tagrid.ArgumentError, "at most 2", tagrid.hdf5.Filter, 12, whole_chunks=True, threshold=(1, 2, 3))
         self.assertRaisesRegex(tagrid.ArgumentError, "whole_chunks", tagrid.hdf5.Filter, 12, threshold=5)
         self.assertRaisesRegex(tagrid.ArgumentError, "threshold", tagrid.hdf5.Filter, 12, whole_chunks=True, threshold="a")
 

@@ -382,12 +382,14 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   if (p.transform_step > 0)
     line("wavelet", fmt::format("step {:.4g}, in bricks where it is smaller", p.transform_step));
   if (p.surface_error >= 0) line("", fmt::format("bound {} at active points", p.surface_error));
+  const double counted_samples =
+      static_cast<double>(p.dims.x * p.dims.y * p.dims.z) * (file.statistics ? header.volumes : 1);
+  const char* upper_side = header.metadata.rescale().slope < 0 ? "at most" : "at least";
   for (std::size_t i = 0; i < p.thresholds.count; ++i)
     line(i == 0 ? "thresholds" : "",
-         fmt::format("{}: {:.4g} % of the samples are at least this; {} would have changed sides",
+         fmt::format("{}: {:.4g} % of the voxels are {} this; {} would have changed sides",
                      sample_text(p.thresholds.all[i], header),
-                     100.0 * static_cast<double>(errors.at_least.all[i]) /
-                         static_cast<double>(p.dims.x * p.dims.y * p.dims.z * header.volumes),
+                     100 * static_cast<double>(errors.at_least.all[i]) / counted_samples, upper_side,
                      errors.moved.all[i]));
   if (p.mesh_error >= 0)
     line("mesh error",

@@ -164,7 +164,7 @@ class Reader:
 
     def info(self) -> dict[str, Any]:
         info = self._opened().info
-        others = ("struct_size", "type", "geometry")
+        others = ("struct_size", "type", "geometry", "threshold_count", "samples_at_least", "samples_moved")
         found = {name: getattr(info, name) for name, _ in Info._fields_ if name not in others}
         found.update((name, getattr(info.geometry, name)) for name in ("spacing", "origin"))
         for name in ("dims", "bricks", "range", "spacing", "origin"):
@@ -174,6 +174,9 @@ class Reader:
             found[name] = bool(getattr(info.geometry, name))
         for name in ("grid_only", "grid_derived"):
             found[name] = bool(found[name])
+        found["thresholds"] = [
+            {"value": info.thresholds[i], "at_least": info.samples_at_least[i], "moved": info.samples_moved[i]}
+            for i in range(info.threshold_count)]
         found["dtype"] = _dtype_of(info)
         return found
 

@@ -39,9 +39,9 @@ class Thresholds(ProgramTest):
         return self.tagrid("encode", "v.raw", "--dims", dims, "--type", samples.dtype.name, *options, "-q", "-f", "-o",
                            name, code=code)
 
-    def write_nrrd(self, name, samples, lines=""):
+    def write_nrrd(self, name, samples, lines="", type="int16"):
         sizes = " ".join(map(str, samples.shape[::-1]))
-        header = f"NRRD0004\ntype: int16\ndimension: 3\nsizes: {sizes}\nencoding: raw\nendian: little\n{lines}\n"
+        header = f"NRRD0004\ntype: {type}\ndimension: 3\nsizes: {sizes}\nencoding: raw\nendian: little\n{lines}\n"
         (self.folder / name).write_bytes(header.encode() + samples.tobytes())
 
     def decode(self, samples, *options, shape=None, name="v.tag"):
@@ -113,6 +113,43 @@ class Thresholds(ProgramTest):
                 self.assertGreater((back != samples).sum(), 1000)
                 numpy.testing.assert_array_equal(back * float(slope) + intercept >= threshold,
                                                  samples * float(slope) + intercept >= threshold)
+
+    def test_a_slope_may_turn_the_order_and_the_ends_of_a_type_count(self):
+        samples = numpy.arange(256, dtype="uint8").repeat(48).reshape(16, 24, 32)
+        for slope, intercept, threshold, code in ((-1, 0, 0, 0), (-1, 255, 255, 0), (0.7, 0, 178.5, 0), (-1, 255, 0, 64),
+                                                  (-1, 0, -255, 64), (1, 5, 5, 64)):
+            lines = f"rescale_slope:={slope}\nrescale_intercept:={intercept}\n"
+            self.write_nrrd("v.nrrd", samples, lines, "uint8")
+            with self.subTest(slope=slope, threshold=threshold):
+                self.tagrid("encode", "v.nrrd", "--max-error", "20", f"--threshold={threshold}", "-q", "-f", "-o", "v.tag",
+                            code=code)
+                if code == 0:
+                    back = self.decode(samples) * float(slope) + intercept
+                    numpy.testing.assert_array_equal(back >= threshold, samples * float(slope) + intercept >= threshold)
+                    said = self.tagrid("info", "v.tag", "--no-levels").stdout.decode()
+                    self.assertIn("at most this" if slope < 0 else "at least this", said)
+
+    def test_floats_with_a_slope_are_refused(self):
+        self.write_nrrd("v.nrrd", volume("float32"), "rescale_intercept:=-1024\n", "float")
+        said = self.tagrid("encode", "v.nrrd", "--max-error", "5", "--threshold=-993", "-o", "v.tag", code=64).stderr.decode()
+        self.assertIn("--threshold is not possible for floats with a slope or an intercept", said)
+
+    def test_a_psnr_and_a_ratio_are_reached_where_samples_are_moved(self):
+        z, y, x = numpy.indices((64, 64, 64))
+        samples = 90 + 20 * numpy.sin(x / 9) * numpy.cos(y / 7) + 10 * numpy.sin(z / 11)
+        random = numpy.random.default_rng(1)
+        samples = numpy.rint(samples + random.normal(0, 0.5, samples.shape)).astype("uint8")
+        samples[random.random(samples.shape) < 0.002] = 150
+        for option, reached in (("--psnr=34", lambda back, size: self.psnr(samples, back) >= 34),
+                                ("--ratio=60", lambda back, size: samples.size / size >= 60)):
+            self.encode(samples, option, "--threshold=150", "--strip")
+            back = self.decode(samples)
+            self.assertTrue(reached(back, (self.folder / "v.tag").stat().st_size), option)
+            numpy.testing.assert_array_equal(back >= 150, samples >= 150)
+
+    def psnr(self, samples, back):
+        rmse = numpy.sqrt(numpy.mean((samples.astype("f8") - back) ** 2))
+        return 20 * numpy.log10((float(samples.max()) - float(samples.min())) / rmse)
 
     def test_a_value_between_two_samples_is_the_upper_one(self):
         samples = volume("uint8")
