@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """python3 tools/research/bench/video.py TAGRID DATA [VOLUME ...]
 
-Files of `tagrid encode --psnr` next to whole stacks that video codecs coded with z as time and one group of pictures, at equal
-PSNR; and lossless files next to x265 and JPEG XL. DATA has NRRD headers. Needs ffmpeg with libx265 and libsvtav1, and
-cjxl. docs/dev/benchmarks.md has the tables.
+Files of `tagrid encode --psnr` next to whole stacks that video codecs coded with z as time and one group of pictures, at
+equal PSNR; and lossless files next to x265 and JPEG XL. DATA has NRRD headers. Needs ffmpeg with libx265 and libsvtav1,
+and cjxl.
 
 Samples are mapped to 0 .. 2^bits - 1: 10 bits for samples of 8 bits and for SVT-AV1, else 12 bits. The PSNR is that of
 samples, with the range of the data as peak. Between two qualities on both sides of the PSNR, bits are interpolated on a
@@ -46,15 +46,15 @@ class VideoCodec:
         """Bytes, and the decoded samples."""
         low, span = int(samples.min()), int(samples.max()) - int(samples.min())
         top = (1 << self.bits) - 1
-        scale = top / span if span > top or options == self.options else 1
+        scale = top / span
         levels = numpy.rint((samples.astype("i8") - low) * scale).astype("<u2")
         depth, height, width = levels.shape
         even = numpy.pad(levels, ((0, 0), (0, height % 2), (0, width % 2)), mode="edge")
         form = f"gray{self.bits}le"
         file = folder / "coded.mkv"
-        run("ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", form, "-s", f"{even.shape[2]}x{even.shape[1]}",
-            "-r", "25", "-i", "-", "-c:v", self.name, "-pix_fmt", "yuv420p10le" if self.has_color() else form, *options, file,
-            input=even.tobytes())
+        run("ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", form, "-s",
+            f"{even.shape[2]}x{even.shape[1]}", "-r", "25", "-i", "-", "-c:v", self.name, "-pix_fmt",
+            "yuv420p10le" if self.has_color() else form, *options, file, input=even.tobytes())
         back = run("ffmpeg", "-loglevel", "error", "-i", file, "-f", "rawvideo", "-pix_fmt", form, "-")
         decoded = numpy.frombuffer(back, "<u2").reshape(even.shape)[:, :height, :width]
         # The stream alone: a container is not the codec's.
@@ -111,9 +111,9 @@ def lossless_x265(samples, folder):
     low = int(samples.min())
     levels = (samples.astype("i8") - low).astype("u1" if bits == 8 else "<u2")
     form, file = "gray" if bits == 8 else f"gray{bits}le", folder / "coded.mkv"
-    run("ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", form, "-s", f"{levels.shape[2]}x{levels.shape[1]}", "-r", "25",
-        "-i", "-", "-c:v", "libx265", "-pix_fmt", form, "-preset", "slow", "-x265-params", "lossless=1:keyint=-1:log-level=none", file,
-        input=levels.tobytes())
+    run("ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", form, "-s",
+        f"{levels.shape[2]}x{levels.shape[1]}", "-r", "25", "-i", "-", "-c:v", "libx265", "-pix_fmt", form, "-preset",
+        "slow", "-x265-params", "lossless=1:keyint=-1:log-level=none", file, input=levels.tobytes())
     back = run("ffmpeg", "-loglevel", "error", "-i", file, "-f", "rawvideo", "-pix_fmt", form, "-")
     assert back == levels.tobytes(), "x265 did not keep every sample"
     return 8 * file.stat().st_size / samples.size
@@ -157,7 +157,8 @@ def main():
             samples = samples_of(volume)
             for psnr in PSNRS:
                 own = tagrid_bits(program, volume, samples, folder, "--psnr", psnr)
-                others = [codec.bits_at(samples, psnr, folder) for codec in (x265(10 if samples.itemsize == 1 else 12), svt_av1())]
+                codecs = x265(10 if samples.itemsize == 1 else 12), svt_av1()
+                others = [codec.bits_at(samples, psnr, folder) for codec in codecs]
                 print(f"| {volume.stem} | {psnr} | {cell(own)} | {' | '.join(map(cell, others))} |", flush=True)
             xl, effort = jpeg_xl(samples, folder)
             lossless.append(f"| {volume.stem} | {cell(tagrid_bits(program, volume, samples, folder))} "
