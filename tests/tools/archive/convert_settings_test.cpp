@@ -28,6 +28,8 @@ const std::vector<Pair> pairs = {
     {"psnr", "40", "45"},
     {"ratio", "6", "9"},
     {"bits", "2", "3"},
+    {"threshold", "8", "9", "max-error=0.9"},
+    {"threshold", "8", "", "max-error=0.9"},
     {"surface-error", "0.1", "0.2", "max-error=0.9"},
     {"surface-error", "0.1", "", "max-error=0.9"},
     {"mesh-error", "1", "2"},

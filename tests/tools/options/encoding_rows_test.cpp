@@ -1,4 +1,5 @@
 // Options as text: rows of encodings, and numbers.
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -28,13 +29,14 @@ std::string text_of_options(const EncodingOptions& all) {
   for (const auto& [kind, value] : all.rules) rules += fmt::format("{}:{} ", static_cast<int>(kind), value);
   const SourceOptions& source = all.source;
   const std::string overviews = o.overviews ? text_of(*o.overviews) : "auto";
-  return fmt::format(
-      "{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", rules,
-      o.grid ? name_of(*o.grid) : "", o.grid_only, number(o.max_error), number(o.surface_error),
-      number(o.mesh_error), o.accuracy, o.cube_size, number(o.max_level), number(o.brick_edge),
-      name_of(o.effort), number(o.field_scale), all.range, source.dims, source.type, source.endian,
-      source.spacing + source.override_spacing, source.offset, source.vdb_grid, source.from, source.series,
-      source.dataset, source.gaps_ok, source.data_outside, o.strip, o.lead, number(o.parity), overviews);
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}",
+                     rules, o.grid ? name_of(*o.grid) : "", o.grid_only, number(o.max_error),
+                     number(o.surface_error), number(o.mesh_error), o.accuracy, o.cube_size,
+                     number(o.max_level), number(o.brick_edge), name_of(o.effort), number(o.field_scale),
+                     all.range, source.dims, source.type, source.endian,
+                     source.spacing + source.override_spacing, source.offset, source.vdb_grid, source.from,
+                     source.series, source.dataset, source.gaps_ok, source.data_outside, o.strip, o.lead,
+                     number(o.parity), overviews, fmt::join(o.thresholds, ","));
 }
 
 TEST(EncodingRows, MeanTheSameOnTheCommandLineAndInAManifest) {
