@@ -83,10 +83,10 @@ class Registrations(unittest.TestCase):
         self.assertIn(f"set(TAGRID_HDF5_FILTER_ID {number} ", text_of("plugins/hdf5/CMakeLists.txt"))
         self.assertIn(f"FILTER_ID = {number}\n", text_of("python/tagrid/hdf5.py"))
         header = text_of("plugins/hdf5/coding.h")
-        self.assertIn("stored_numbers = 11;", header)
+        self.assertIn("stored_numbers = 11,", header)
         self.assertIn("stores 11 numbers", form)
-        self.assertIn("the version of this layout (2)", header)
-        self.assertIn("version of this list: 2", form)
+        self.assertIn("the version of this layout (2, or 3 with thresholds)", header)
+        self.assertIn("version of this list: 2, or 3", form)
         self.assertIn('{H5Z_CLASS_T_VERS, filter_id, 1, 1, "tagrid", nullptr, set_local, filter}',
                       text_of("plugins/hdf5/plugin.cpp"))
 
