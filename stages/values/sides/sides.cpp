@@ -108,6 +108,7 @@ template <class T>
 void encode_sides(std::span<const T> original, const Thresholds& thresholds, std::span<T> decoded,
                   OfThresholds<std::uint64_t>& moved, std::vector<std::uint8_t>& out) {
   moved.count = thresholds.count;
+  if (thresholds.count == 0) return;  // most files: no pass over the samples
   std::vector<Crossing<T>> all = crossings<T>(thresholds);
   if (!find_reaches<T>(original, decoded, all, moved)) return;
   RansEncoder coder(out);
