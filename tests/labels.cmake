@@ -37,7 +37,7 @@ label(slow
 # With TAGRID_LONG, these try more.
 label(longer
       OF SecondDecoder RealVolumes RealRates Fault EveryCall VdbReader readers/ MemoryLimit InstalledPrefix ReadingOnly systems/
-         MemoryPlans packages/Static web/Fuzz "python/(installed|wheel|reader)")
+         MemoryPlans "packages/(Static|OssFuzz)" web/Fuzz "python/(installed|wheel|reader)")
 
 # ---- sanitizers, in every run of .ci/run
 

@@ -2,20 +2,24 @@
 # Fuzzes the code that reads untrusted input: builds the targets of tests/fuzz with clang and sanitizers,
 # makes seeds from the golden files, and runs the targets, two at a time. Fails on any crash, hang or excess
 # of memory; the input is then in build/asan/findings and should go to tests/regressions/<target>/.
-#   tools/fuzz.sh [--seconds N] [--long HOURS] [TARGET ...]
+#   tools/fuzz.sh [--seconds N] [--long HOURS] [--corpus DIR] [TARGET ...]
 #     without       the same inputs every time, so that a change fails by what it did, not by chance: a few seconds a target
-#     --seconds N   of every target, other inputs every time; what was learned stays in build/asan/corpus
+#     --seconds N   of every target, other inputs every time; what was learned stays in DIR, build/asan/corpus by default
 #     --long HOURS  the same in hours
+#     --corpus DIR  goes on with what earlier runs learned, of this clone or another; DIR/runs.tsv has a line for each run
+#                   of a target, and tools/research/fuzz_table.py DIR sums them up
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 seconds=
+corpora=$PWD/build/asan/corpus
 targets=()
 while [ $# -gt 0 ]; do
   case "$1" in
     --seconds) seconds=$2; shift 2 ;;
     --long) seconds=$(($2 * 3600)); shift 2 ;;
-    -*) echo "usage: $0 [--seconds N] [--long HOURS] [TARGET ...]" >&2; exit 64 ;;
+    --corpus) corpora=$(realpath -m "$2"); shift 2 ;;
+    -*) echo "usage: $0 [--seconds N] [--long HOURS] [--corpus DIR] [TARGET ...]" >&2; exit 64 ;;
     *) targets+=("$1"); shift ;;
   esac
 done
@@ -42,7 +46,7 @@ declare -A longest=([header]=2048 [brick]=8192 [index]=4096 [nrrd]=4096 [nifti]=
 fuzz() {
   local target=$1 corpus run effort
   if [ -n "$seconds" ]; then
-    corpus=$build/corpus/$target
+    corpus=$corpora/$target
     run=()
     effort=(-max_total_time="$seconds")
   else
@@ -59,6 +63,7 @@ fuzz() {
     "$corpus" "$build/seeds/$target" "tests/regressions/$target" >"$build/logs/$target" 2>&1
 }
 
+commit=$(git rev-parse --short=8 HEAD 2>/dev/null || echo unknown)
 failed=0
 report() {
   local target=$1 status=$2 log=$build/logs/$1
@@ -68,6 +73,12 @@ report() {
   edges=$(sed -n 's/.*(\([0-9]*\) inline 8-bit counters).*/\1/p' "$log" | head -1)
   printf '%-8s %12s executions, %s, of %s edges of the whole program\n' \
     "$target" "${executions:-no}" "${coverage:-no coverage}" "${edges:-?}"
+  if [ -n "$seconds" ]; then
+    local covered
+    covered=$(sed -n 's/^cov: \([0-9]*\) .*/\1/p' <<<"$coverage")
+    printf '%s\t' "$(date -u +%F)" "$commit" "$target" "$seconds" "${executions:-0}" "${covered:-0}" "${edges:-0}" >>"$corpora/runs.tsv"
+    printf '%s\n' "$status" >>"$corpora/runs.tsv"
+  fi
   [ "$status" -eq 0 ] && return
   failed=1
   echo "$target: failed with status $status; the end of $log:"

@@ -2,7 +2,7 @@
 # Installs a named set of Debian packages if they are missing: for building, testing, also on a cluster, fuzzing, comparing
 # with other codecs, and making packages, the page of the viewer, the pictures of the documents, their site and the report of
 # the paper.
-#   tools/install_packages.sh build|mpi|python|page|packages|static|windows|arm64|reader|wheel|test|web|slurm|fuzz|bench|pictures|paper|site
+#   tools/install_packages.sh build|mpi|python|page|packages|static|windows|arm64|reader|wheel|test|web|slurm|fuzz|oss_fuzz|bench|pictures|paper|site
 # The sets are chosen by their names.
 # shellcheck disable=SC2034
 set -euo pipefail
@@ -27,6 +27,8 @@ test=("${mpi[@]}" "${wheel[@]}" libgtest-dev libgmock-dev librapidcheck-dev clan
 # As much again as the page, for a browser to test it with.
 web=("${page[@]}" chromium)
 fuzz=("${test[@]}" libclang-rt-dev)
+# In an image that has clang; see packaging/oss-fuzz.
+oss_fuzz=("${build[@]}" libgtest-dev libgmock-dev librapidcheck-dev zip)
 slurm=("${test[@]}" slurm-wlm munge)
 # For building on this machine for others, whose libraries are built from Debian's sources.
 cross=(gcc libc6-dev cmake ninja-build make tcl libhwy-dev libfmt-dev libxxhash-dev libcli11-dev nlohmann-json3-dev libcurl4-openssl-dev libisal-dev dpkg-dev)
@@ -41,8 +43,8 @@ site=(python3-sphinx python3-myst-parser furo python3-breathe doxygen python3-nu
 paper=("${mpi[@]}" python3 python3-numpy python3-pil python3-vtk9 xvfb libgl1-mesa-dri fonts-dejavu-core)
 
 case "${1:-}" in
-  build|mpi|python|page|packages|static|windows|arm64|reader|wheel|test|web|slurm|fuzz|bench|pictures|paper|site) declare -n wanted=$1 ;;
-  *) echo "usage: $0 build|mpi|python|page|packages|static|windows|arm64|reader|wheel|test|web|slurm|fuzz|bench|pictures|paper|site" >&2; exit 64 ;;
+  build|mpi|python|page|packages|static|windows|arm64|reader|wheel|test|web|slurm|fuzz|oss_fuzz|bench|pictures|paper|site) declare -n wanted=$1 ;;
+  *) echo "usage: $0 build|mpi|python|page|packages|static|windows|arm64|reader|wheel|test|web|slurm|fuzz|oss_fuzz|bench|pictures|paper|site" >&2; exit 64 ;;
 esac
 
 missing=()

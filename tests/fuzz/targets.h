@@ -32,6 +32,7 @@ void vendors(Bytes bytes);
 void other_volumes(Bytes bytes);
 /// A BMP file.
 void bmp(Bytes bytes);
+/// A PNG file.
 void png(Bytes bytes);
 /// A DICOM file that is exported.
 void dicom(Bytes bytes);
