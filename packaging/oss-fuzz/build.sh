@@ -13,7 +13,7 @@ cmake --build "$WORK/build" --target fuzzers make_fuzz_seeds
 
 "$WORK/build/tests/make_fuzz_seeds" tests/golden/1.0 "$WORK/seeds"
 mkdir -p "$OUT/lib"
-for target in $(sed -n 's/^void \(.*\)(Bytes bytes);$/\1/p' tests/fuzz/targets.h); do
+sed -n 's/^void \(.*\)(Bytes bytes);$/\1/p' tests/fuzz/targets.h | while read -r target; do
   fuzzer=$WORK/build/tests/fuzz_$target
   cp "$fuzzer" "$OUT/"
   seeds=("$WORK/seeds/$target")
