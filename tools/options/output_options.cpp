@@ -103,8 +103,8 @@ WantedRegion wanted_region(const std::string& region) {
   if (region.empty()) return wanted;
   const auto ranges = three_ranges(region);
   if (!ranges)
-    throw UsageError("--region {}: must be x0:x1,y0:y1,z0:z1 with whole numbers; an end may be left out",
-                     region);
+    throw UsageError(
+        "--region {}: must be x0:x1,y0:y1,z0:z1 with whole numbers, such as :,:,20:21 for a slice", region);
   for (std::size_t axis = 0; axis < 3; ++axis)
     std::tie(wanted.low[axis], wanted.high[axis]) = (*ranges)[axis];
   return wanted;
