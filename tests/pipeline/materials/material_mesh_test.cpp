@@ -376,6 +376,34 @@ TEST_F(MaterialMeshOfFile, LeavesOutLooseParts) {
   EXPECT_GT(all.first, two.first);
 }
 
+// What is kept has a bit each, in words of 64.
+TEST_F(MaterialMeshOfFile, LeavesOutPartsOfMaterialsThatFillTheirLastWord) {
+  int full = 0;
+  for (int length = 3; length < 19; ++length) {
+    MaterialVolume volume{{24, 8, 8}};
+    volume.thresholds = {0};
+    volume.edge = 1;
+    volume.cube_size = 4;
+    // A bar and a loose speck.
+    volume.fill([&](double x, double y, double z) {
+      return std::max(x < length ? 1.0 : -1.0, 1.5 - distance(x - 21, y - 4, z - 4));
+    });
+    const std::string tag = encoded(volume);
+    MaterialMeshOptions options = options_for(volume);
+    options.keep = {"m1"};
+    const std::int64_t all = mesh(tag, options).elements();
+    options.parts = {true, 0};
+    const Mesh kept = mesh(tag, options);
+    check_surfaces(kept);
+    const auto& quality = kept.result.quality.materials.at(0);
+    EXPECT_EQ(quality.tetrahedra, kept.elements());
+    EXPECT_EQ(quality.tetrahedra + quality.removed_tetrahedra, all);
+    EXPECT_EQ(quality.removed_parts, 1);
+    full += all % 64 == 0;
+  }
+  EXPECT_GT(full, 0);
+}
+
 TEST_F(MaterialMeshOfFile, PartsAreConnectedAcrossBricks) {
   // Noise, against the components by faces of the whole.
   std::mt19937 random(5);
