@@ -158,7 +158,7 @@ Query Catalogue::query_of(const std::vector<std::string>& words) const {
     } else if (word.find_first_of("*?") != word.npos) {
       query.patterns.push_back(word);
     } else {
-      throw UsageError("{}: no volume in {} has this name, and it is no condition, such as patient=Smith*",
+      throw UsageError("{}: no volume in {} has this name, and it is not a condition, such as name~knee",
                        word, folder_);
     }
   }
