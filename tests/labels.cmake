@@ -34,6 +34,15 @@ label(slow
          "RealVolumes\\..*/(itk|ge_ct|foot|engine|vhf)"
          "EveryFlippedBit.*<(signed char|short|unsigned short|unsigned int|int|float)>")
 
+# `tools/test.sh --quick` leaves these out as well. Together, they are two fifths of the time of the others.
+label(thorough
+      OF "^readers/(dicom_(odd|moments|coders|export)|tiff_(odd|predictor)|hdf5_(odd|written|conventions)|zarr_(written|stores))$"
+         "^readers/(solver_mesh|memory|lost|verdicts|values|plain_forms|spacing|nexus|series_names|n5|amira|metaimage|two_passes)$"
+         "^tools/(Overviews|TwoRuns|Nameless|MemoryPlans|MpiNodes|Thresholds|Benchmark|Serve)$"
+         "^tools/(MpiConvert.ARankThatIsKilled|Mpi.AnyNumberOfProcessesWritesTheSameOverviews)"
+         "^python/(zarr|reader)$"
+         "VoxelCodec.EveryVoxelWithinTheBound")
+
 # With TAGRID_LONG, these try more.
 label(longer
       OF SecondDecoder RealVolumes RealRates Fault EveryCall VdbReader readers/ MemoryLimit InstalledPrefix ReadingOnly systems/

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs the tests.
 #   tools/test.sh          the tests that take some minutes, two of them for the fuzzers
+#   tools/test.sh --quick  without those of them that take longest
 #   tools/test.sh --long   every test, also those that take hours
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -13,9 +14,11 @@ cmake --preset release -DTAGRID_TESTS=ON -DTAGRID_WEB=$web -DTAGRID_MPI=ON -DTAG
 cmake --build --preset release
 # Many tests wait for processes that they have started.
 if [ "${1:-}" != --long ]; then
-  ctest --preset release -j "$((2 * $(nproc)))" -LE '^slow$'
+  left_out='^slow$'
+  if [ "${1:-}" = --quick ]; then left_out='^(slow|thorough)$'; fi
+  ctest --preset release -j "$((2 * $(nproc)))" -LE "$left_out"
   echo "Left out, as they take minutes (tools/test.sh --long runs them):"
-  ctest --preset release -N -L '^slow$' | grep '#'
+  ctest --preset release -N -L "$left_out" | grep '#'
   [ "$web" = ON ] || echo "Left out, as emscripten, node or esbuild is missing (tools/install_packages.sh web): web/"
   tools/fuzz.sh
 else

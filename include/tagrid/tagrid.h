@@ -9,7 +9,7 @@
  *     if (tagrid_reader_open_file("scan.tag", &reader) == TAGRID_OK) {
  *       const tagrid_box box = {{100, 100, 40}, {164, 164, 104}};
  *       int16_t* samples = malloc(64 * 64 * 64 * sizeof *samples);
- *       if (tagrid_reader_read(reader, &box, NULL, samples, NULL, NULL) != TAGRID_OK)
+ *       if (tagrid_reader_read(reader, &box, NULL, TAGRID_INT16, samples, NULL, NULL) != TAGRID_OK)
  *         fputs(tagrid_reader_message(reader), stderr);
  *     }
  *     tagrid_reader_close(reader);
@@ -265,6 +265,9 @@ TAGRID_API tagrid_status tagrid_reader_brick(const tagrid_reader* reader, int64_
  * each axis. `step` has three numbers of at least 1; NULL stands for 1, 1, 1. So there are
  * (high - low + step - 1) / step samples along each axis.
  *
+ * `type` is that of the numbers in `samples`. It must be the type of the file, which tagrid_reader_info() has;
+ * otherwise, nothing is read.
+ *
  * `strides` gives the distances in bytes of neighboring samples in `samples` along x, y and z; NULL stands
  * for samples without gaps, x fastest. Strides may be negative; even then, `samples` points to the first
  * sample.
@@ -273,8 +276,8 @@ TAGRID_API tagrid_status tagrid_reader_brick(const tagrid_reader* reader, int64_
  * size of the volume. Every brick is checked before its samples are returned; if the call fails, `samples`
  * may be partly filled. */
 TAGRID_API tagrid_status tagrid_reader_read(const tagrid_reader* reader, const tagrid_box* box,
-                                            const int64_t* step, void* samples, const int64_t* strides,
-                                            const tagrid_call* call);
+                                            const int64_t* step, tagrid_type type, void* samples,
+                                            const int64_t* strides, const tagrid_call* call);
 
 /* The most overviews that a file can have. */
 #define TAGRID_MOST_OVERVIEWS 64

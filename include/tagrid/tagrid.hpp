@@ -244,13 +244,11 @@ class Reader {
   /// The same, into memory of the caller that has room for every sample.
   template <class T>
   void read_to(const Box& box, const Point& step, std::span<T> samples, const Call& call = {}) const {
-    if (info().type != type_of<T>())
-      throw Error(TAGRID_INVALID_ARGUMENT, "the samples of the file are of another type");
     const tagrid_box c = c_box(box);
     if (samples.size() < sample_count(box, step))
       throw Error(TAGRID_INVALID_ARGUMENT, "the buffer is too small for all samples");
     run(call, [&](const tagrid_call* settings) {
-      return tagrid_reader_read(reader_, &c, step.data(), samples.data(), nullptr, settings);
+      return tagrid_reader_read(reader_, &c, step.data(), type_of<T>(), samples.data(), nullptr, settings);
     });
   }
 
@@ -297,8 +295,6 @@ class Reader {
   /// The tetrahedra of the grid; see tagrid_reader_mesh() for the options.
   template <class T>
   Mesh<T> mesh(const tagrid_mesh_options* options = nullptr, const Call& call = {}) const {
-    if (info().type != type_of<T>())
-      throw Error(TAGRID_INVALID_ARGUMENT, "the samples of the file are of another type");
     using Taken = detail::Taken<Mesh<T>>;
     Taken taken;
     tagrid_mesh_sink sink;

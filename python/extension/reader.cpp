@@ -290,12 +290,14 @@ void Reader::read(const Point& low, const Point& high, const Point& step, py::ar
                   std::uint64_t memory_limit, py::object progress) const {
   Call call(threads, memory_limit, std::move(progress));
   const auto open = file();
-  check_room(open->info(), {low, high}, step, out);
+  const tagrid_info info = open->info();
+  check_room(info, {low, high}, step, out);
   const tagrid_box box = box_of({low, high});
   const Point strides = {out.strides(2), out.strides(1), out.strides(0)};
   void* samples = out.mutable_data();
   open->work(call, [&] {
-    return tagrid_reader_read(open->reader, &box, step.data(), samples, strides.data(), call.get());
+    return tagrid_reader_read(open->reader, &box, step.data(), info.type, samples, strides.data(),
+                              call.get());
   });
 }
 

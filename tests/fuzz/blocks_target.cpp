@@ -177,7 +177,7 @@ void blocks(Bytes bytes) {
   tagrid_call_init(&call);
   call.threads = 1;
   const tagrid_status read =
-      tagrid_reader_read(reader.handle, &box, nullptr, expected.data(), nullptr, &call);
+      tagrid_reader_read(reader.handle, &box, nullptr, info.type, expected.data(), nullptr, &call);
   claim(read == answer.status, "samples are decoded for a caller that fetches if they are for a reader");
   claim(read == TAGRID_OK || read == TAGRID_BROKEN_INPUT || read == TAGRID_NEWER_FORMAT,
         "what cannot be decoded is broken, or needs a newer program");

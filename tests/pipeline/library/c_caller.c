@@ -56,7 +56,7 @@ int c_round_trip(void) {
     input.size = size_of_bytes;
     input.read_at = read_bytes;
     right = tagrid_reader_open(&input, &reader) == TAGRID_OK &&
-            tagrid_reader_read(reader, &box, NULL, again, NULL, NULL) == TAGRID_OK &&
+            tagrid_reader_read(reader, &box, NULL, TAGRID_INT16, again, NULL, NULL) == TAGRID_OK &&
             memcmp(samples, again, sizeof samples) == 0;
   }
   tagrid_encoder_close(encoder);

@@ -161,7 +161,8 @@ Bytes samples_by_reader(const tagrid_reader* reader, const tagrid_box& box, std:
   tagrid_call call;
   tagrid_call_init(&call);
   call.threads = 1;
-  EXPECT_EQ(tagrid_reader_read(reader, &box, nullptr, samples.data(), nullptr, &call), TAGRID_OK);
+  EXPECT_EQ(tagrid_reader_read(reader, &box, nullptr, info_of(reader).type, samples.data(), nullptr, &call),
+            TAGRID_OK);
   return samples;
 }
 

@@ -46,7 +46,8 @@ struct LibraryEncoder : TemporaryFolder {
     EXPECT_EQ(info.active_points, encoded.info.active_points);
     std::vector<T> out(samples.size());
     const tagrid_box all = whole_box(dims);
-    ASSERT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, nullptr), TAGRID_OK);
+    ASSERT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, info.type, out.data(), nullptr, nullptr),
+              TAGRID_OK);
     decode_volume(path("volume.tag"), path("again.nrrd"), format_named("nrrd"), true, Resources(1));
     const auto decoded = read_samples<T>(path("again.nrrd"));
     EXPECT_EQ(std::memcmp(out.data(), decoded.data(), out.size() * sizeof(T)), 0);
@@ -538,8 +539,8 @@ TEST_F(LibraryEncoder, TwoEncodersAndThreeReadersAtOnceGiveWhatEachGivesAlone) {
       threads.emplace_back([&, i] {
         MemoryFile own{first_alone.bytes};
         const ReaderHandle reader = open_reader(own);
-        status[i] = tagrid_reader_read(i == 0 ? shared.get() : reader.get(), &all, nullptr, read[i].data(),
-                                       nullptr, &call);
+        status[i] = tagrid_reader_read(i == 0 ? shared.get() : reader.get(), &all, nullptr, TAGRID_INT16,
+                                       read[i].data(), nullptr, &call);
       });
     threads.emplace_back([&] { status[2] = tagrid_reader_verify(shared.get(), &call); });
     for (std::thread& thread : threads) thread.join();

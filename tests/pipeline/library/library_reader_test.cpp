@@ -19,7 +19,7 @@ constexpr Index3 dims = {27, 22, 19};
 /// The file of a volume, an open reader of it, and room for its samples.
 struct LibraryReader : TemporaryFolder {
   tagrid_status read_all(const tagrid_call* call) {
-    return tagrid_reader_read(reader_.get(), &all_, nullptr, out_.data(), nullptr, call);
+    return tagrid_reader_read(reader_.get(), &all_, nullptr, TAGRID_UINT16, out_.data(), nullptr, call);
   }
 
   const std::vector<std::uint16_t> samples_ = awkward_volume<std::uint16_t>(Awkward::noise, dims, 1);
@@ -62,9 +62,9 @@ void expect_boxes(Awkward kind, unsigned seed) {
                   &samples[static_cast<std::size_t>(Box::of_size(dims).offset(p))], sizeof(T));
     }
     const tagrid_call call = call_of(1 + i % 4);
-    ASSERT_EQ(
-        tagrid_reader_read(reader.get(), &box, step, out.data() + first, dense ? nullptr : strides, &call),
-        TAGRID_OK)
+    ASSERT_EQ(tagrid_reader_read(reader.get(), &box, step, TAGRID_UINT16, out.data() + first,
+                                 dense ? nullptr : strides, &call),
+              TAGRID_OK)
         << tagrid_reader_message(reader.get());
     ASSERT_EQ(out, expected) << name_of(kind);
   }
@@ -103,7 +103,8 @@ TEST_F(LibraryReader, ABoxReadsItsBricksAndNothingElse) {
       if (met) allowed.emplace(brick.offset - 8, brick.offset + brick.bytes);
     }
     file_.reads.clear();
-    ASSERT_EQ(tagrid_reader_read(reader_.get(), &box, step, out_.data(), nullptr, nullptr), TAGRID_OK);
+    ASSERT_EQ(tagrid_reader_read(reader_.get(), &box, step, TAGRID_UINT16, out_.data(), nullptr, nullptr),
+              TAGRID_OK);
     const std::set<std::pair<std::uint64_t, std::uint64_t>> read(file_.reads.begin(), file_.reads.end());
     EXPECT_EQ(read, allowed);
     EXPECT_EQ(file_.reads.size(), allowed.size()) << "a brick was read twice";
@@ -120,7 +121,8 @@ TEST_F(LibraryReader, SeveralThreadsReadOneReaderAtOnce) {
       for (int i = 0; i < 8; ++i) {
         const tagrid_box box = any_box(dims, random);
         const tagrid_call call = call_of(1 + static_cast<int>(t));
-        if (tagrid_reader_read(reader_.get(), &box, nullptr, out.data(), nullptr, &call) != TAGRID_OK)
+        if (tagrid_reader_read(reader_.get(), &box, nullptr, TAGRID_UINT16, out.data(), nullptr, &call) !=
+            TAGRID_OK)
           ++wrong;
         std::size_t n = 0;
         const Box points = {{box.low[0], box.low[1], box.low[2]},
@@ -130,7 +132,8 @@ TEST_F(LibraryReader, SeveralThreadsReadOneReaderAtOnce) {
         // A failure of another thread is not this one's.
         const tagrid_box outside = {{0, 0, 0}, {dims.x + 1, 1, 1}};
         if (t % 2 == 0) {
-          if (tagrid_reader_read(reader_.get(), &outside, nullptr, out.data(), nullptr, nullptr) == TAGRID_OK)
+          if (tagrid_reader_read(reader_.get(), &outside, nullptr, TAGRID_UINT16, out.data(), nullptr,
+                                 nullptr) == TAGRID_OK)
             ++wrong;
         } else if (*tagrid_reader_message(reader_.get()) != '\0') {
           ++wrong;
@@ -163,7 +166,7 @@ tagrid_status do_everything(MemoryFile& file, void* out, const tagrid_call* call
   if (status != TAGRID_OK) return tell();
   const tagrid_info info = info_of(reader.get());
   const tagrid_box all = whole_box({info.dims[0], info.dims[1], info.dims[2]});
-  status = tagrid_reader_read(reader.get(), &all, nullptr, out, nullptr, call);
+  status = tagrid_reader_read(reader.get(), &all, nullptr, info.type, out, nullptr, call);
   if (status != TAGRID_OK) return tell();
   status = tagrid_reader_verify(reader.get(), call);
   if (status != TAGRID_OK) return tell();
@@ -235,7 +238,7 @@ TEST_F(LibraryReader, DamagedFilesGiveAnErrorOrTheRightSamples) {
     if (status == TAGRID_OK) {
       std::vector<std::uint16_t> out(samples.size());
       const tagrid_box all = whole_box(small);
-      status = tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, &call);
+      status = tagrid_reader_read(reader.get(), &all, nullptr, TAGRID_UINT16, out.data(), nullptr, &call);
       if (status == TAGRID_OK) {
         ASSERT_EQ(out, samples) << what;
       }
@@ -378,7 +381,7 @@ TEST_F(LibraryReader, ArgumentsThatMakeNoSenseAreRefused) {
     EXPECT_EQ(tagrid_reader_open(input, &opened), TAGRID_INVALID_ARGUMENT);
     EXPECT_STRNE(tagrid_reader_message(opened), "");
     // It is not open, and reports this.
-    EXPECT_EQ(tagrid_reader_read(opened, &all_, nullptr, out_.data(), nullptr, nullptr),
+    EXPECT_EQ(tagrid_reader_read(opened, &all_, nullptr, TAGRID_UINT16, out_.data(), nullptr, nullptr),
               TAGRID_INVALID_ARGUMENT);
     EXPECT_EQ(tagrid_reader_verify(opened, nullptr), TAGRID_INVALID_ARGUMENT);
     EXPECT_STREQ(tagrid_reader_metadata(opened), "");
@@ -405,8 +408,10 @@ TEST_F(LibraryReader, ArgumentsThatMakeNoSenseAreRefused) {
   bad(tagrid_reader_brick(reader, 1000000, &brick), "brick 1000000");
   bad(tagrid_reader_brick(reader, 0, nullptr), "no brick");
 
-  bad(tagrid_reader_read(reader, nullptr, nullptr, out_.data(), nullptr, nullptr), "no box");
-  bad(tagrid_reader_read(reader, &all_, nullptr, nullptr, nullptr, nullptr), "buffer");
+  bad(tagrid_reader_read(reader, nullptr, nullptr, TAGRID_UINT16, out_.data(), nullptr, nullptr), "no box");
+  bad(tagrid_reader_read(reader, &all_, nullptr, TAGRID_UINT16, nullptr, nullptr, nullptr), "buffer");
+  for (const tagrid_type other : {TAGRID_INT16, TAGRID_FLOAT64, static_cast<tagrid_type>(0)})
+    bad(tagrid_reader_read(reader, &all_, nullptr, other, out_.data(), nullptr, nullptr), "a type");
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<tagrid_box> boxes(4, all_);
     boxes[0].low[axis] = -1;
@@ -414,15 +419,15 @@ TEST_F(LibraryReader, ArgumentsThatMakeNoSenseAreRefused) {
     boxes[2].high[axis] = 0;
     boxes[3].low[axis] = INT64_MIN, boxes[3].high[axis] = INT64_MAX;
     for (const tagrid_box& box : boxes)
-      bad(tagrid_reader_read(reader, &box, nullptr, out_.data(), nullptr, nullptr), "a box");
+      bad(tagrid_reader_read(reader, &box, nullptr, TAGRID_UINT16, out_.data(), nullptr, nullptr), "a box");
     for (const std::int64_t step : {std::int64_t{0}, std::int64_t{-1}, INT64_MIN}) {
       std::int64_t steps[3] = {1, 1, 1};
       steps[axis] = step;
-      bad(tagrid_reader_read(reader, &all_, steps, out_.data(), nullptr, nullptr), "a step");
+      bad(tagrid_reader_read(reader, &all_, steps, TAGRID_UINT16, out_.data(), nullptr, nullptr), "a step");
     }
   }
   tagrid_call call = call_of(-1);
-  bad(tagrid_reader_read(reader, &all_, nullptr, out_.data(), nullptr, &call), "-1 threads");
+  bad(tagrid_reader_read(reader, &all_, nullptr, TAGRID_UINT16, out_.data(), nullptr, &call), "-1 threads");
   call = call_of(1);
   call.struct_size = sizeof call - 1;
   bad(tagrid_reader_verify(reader, &call), "size of call");
@@ -458,9 +463,12 @@ TEST_F(LibraryReader, AnOverviewIsAFileOfItsOwnThatNeedsNoOther) {
   const ReaderHandle overview(opened);
   std::vector<std::int16_t> whole(41 * 35 * 38), means(11 * 9 * 10);
   const tagrid_box all = whole_box({41, 35, 38}), blocks = whole_box({11, 9, 10});
-  ASSERT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, whole.data(), nullptr, nullptr), TAGRID_OK);
+  ASSERT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, TAGRID_INT16, whole.data(), nullptr, nullptr),
+            TAGRID_OK);
   reader.reset();
-  ASSERT_EQ(tagrid_reader_read(overview.get(), &blocks, nullptr, means.data(), nullptr, nullptr), TAGRID_OK);
+  ASSERT_EQ(
+      tagrid_reader_read(overview.get(), &blocks, nullptr, TAGRID_INT16, means.data(), nullptr, nullptr),
+      TAGRID_OK);
   EXPECT_EQ(tagrid_reader_verify(overview.get(), nullptr), TAGRID_OK);
   for (const Index3 block : points_of(Index3{11, 9, 10})) {
     double sum = 0, count = 0;
@@ -499,7 +507,8 @@ TEST_F(LibraryReader, AVolumeIsAFileOfItsOwnThatNeedsNoOther) {
   for (std::int64_t number = 0; number < count; ++number) {
     const tagrid_reader* volume = volumes[static_cast<std::size_t>(number)].get();
     std::vector<std::int16_t> decoded(static_cast<std::size_t>(Box::of_size(size).count()));
-    ASSERT_EQ(tagrid_reader_read(volume, &all, nullptr, decoded.data(), nullptr, nullptr), TAGRID_OK);
+    ASSERT_EQ(tagrid_reader_read(volume, &all, nullptr, TAGRID_INT16, decoded.data(), nullptr, nullptr),
+              TAGRID_OK);
     std::vector<std::int16_t> slice(static_cast<std::size_t>(size.x * size.y));
     for (std::int64_t z = 0; z < size.z; ++z) {
       phantom_slice<std::int16_t>(size, static_cast<std::uint64_t>(1 + number), z, slice);
