@@ -1,6 +1,4 @@
 // The reader of the library.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <memory>
 
@@ -107,8 +105,7 @@ tagrid_status tagrid_reader_read(const tagrid_reader* reader, const tagrid_box* 
     require(box != nullptr && samples != nullptr, "the box or the buffer for its samples is missing");
     const CodingParameters& parameters = file.parameters();
     require(type == static_cast<tagrid_type>(parameters.type),
-            fmt::format("the samples of the file are of type {}, and not of that of the buffer",
-                        name_of(parameters.type)));
+            "the buffer must be of the type of the file, " + std::string(name_of(parameters.type)));
     Region region{parameters.domain().points_of(box_of(*box, parameters.dims))};
     for (int axis = 0; step != nullptr && axis < 3; ++axis) {
       require(step[axis] >= 1, "a step must be 1 or more");

@@ -98,10 +98,7 @@ class MeshAssembler::Kept {
   std::int64_t place(Material material, std::int64_t old) const {
     return nodes_ ? places_.at(material).of(old) : old;
   }
-  /// Of `all` tetrahedra of a material.
-  std::int64_t tetrahedra(Material material, std::int64_t all) const {
-    return nodes_ ? places_.at(material).total() : all;
-  }
+  std::int64_t count(Material m, std::int64_t all) const { return nodes_ ? places_.at(m).total() : all; }
   std::int64_t parts(Material material) const { return count_of(material, part_counts_); }
   std::int64_t removed_parts(Material material) const { return count_of(material, removed_parts_); }
 
@@ -319,7 +316,7 @@ MeshQuality MeshAssembler::finish(const MaterialNames& names, const PartsWish& w
   const Kept kept(*this, wish);
   std::int64_t first = 0;
   for (const auto& [material, all] : element_counts_) {
-    const std::int64_t count = kept.tetrahedra(material, all);
+    const std::int64_t count = kept.count(material, all);
     mesh.materials.push_back(
         {names.name_of(material), std::int64_t{material} + names.first_label, first, count});
     quality.materials.push_back({.name = names.name_of(material),

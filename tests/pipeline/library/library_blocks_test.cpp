@@ -154,15 +154,14 @@ Bytes samples_by_blocks(const Bytes& file, Fetching& fetching, tagrid_blocks* bl
   return result;
 }
 
-Bytes samples_by_reader(const tagrid_reader* reader, const tagrid_box& box, std::size_t size) {
-  std::size_t count = size;
+Bytes samples_by_reader(const tagrid_reader* reader, const tagrid_box& box, tagrid_type type) {
+  std::size_t count = tagrid_sample_size(type);
   for (int axis = 0; axis < 3; ++axis) count *= static_cast<std::size_t>(box.high[axis] - box.low[axis]);
   Bytes samples(count);
   tagrid_call call;
   tagrid_call_init(&call);
   call.threads = 1;
-  EXPECT_EQ(tagrid_reader_read(reader, &box, nullptr, info_of(reader).type, samples.data(), nullptr, &call),
-            TAGRID_OK);
+  EXPECT_EQ(tagrid_reader_read(reader, &box, nullptr, type, samples.data(), nullptr, &call), TAGRID_OK);
   return samples;
 }
 
@@ -172,8 +171,7 @@ void same_samples(const Bytes& file, tagrid_blocks* blocks, const tagrid_reader*
   std::mt19937 random(1);
   tagrid_box box = box_of(blocks);
   for (int i = 0; i < 3; ++i, box = any_box({info.dims[0], info.dims[1], info.dims[2]}, random))
-    EXPECT_EQ(samples_by_blocks(file, fetching, blocks, box),
-              samples_by_reader(reader, box, tagrid_sample_size(info.type)));
+    EXPECT_EQ(samples_by_blocks(file, fetching, blocks, box), samples_by_reader(reader, box, info.type));
 }
 
 TEST(LibraryBlocks, SamplesAreThoseOfTheReader) {
