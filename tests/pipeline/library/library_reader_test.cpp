@@ -35,6 +35,7 @@ void expect_boxes(Awkward kind, unsigned seed) {
   const auto samples = awkward_volume<T>(kind, dims, seed);
   MemoryFile file = encoded_file(dims, samples);
   const ReaderHandle reader = open_reader(file);
+  const tagrid_type type = info_of(reader.get()).type;
   for (int i = 0; i < 25; ++i) {
     const tagrid_box box = any_box(dims, random);
     std::int64_t step[3], count[3], strides[3], length = static_cast<std::int64_t>(sizeof(T)), first = 0;
@@ -62,7 +63,7 @@ void expect_boxes(Awkward kind, unsigned seed) {
                   &samples[static_cast<std::size_t>(Box::of_size(dims).offset(p))], sizeof(T));
     }
     const tagrid_call call = call_of(1 + i % 4);
-    ASSERT_EQ(tagrid_reader_read(reader.get(), &box, step, TAGRID_UINT16, out.data() + first,
+    ASSERT_EQ(tagrid_reader_read(reader.get(), &box, step, type, out.data() + first,
                                  dense ? nullptr : strides, &call),
               TAGRID_OK)
         << tagrid_reader_message(reader.get());
