@@ -64,7 +64,7 @@ void set_max_error(EncodingOptions& o, const std::string& option, const std::str
   o.rules.erase(ErrorRule::Kind::noise);
   if (text.starts_with(noise))
     read_number(option + " noise", text.substr(noise.size()), o.rules[ErrorRule::Kind::noise]);
-  else if (text == "noise" || text.ends_with('%'))
+  else if (text.find("noise") != std::string::npos || text.ends_with('%'))
     throw UsageError(
         "{}: {}: must be a finite number, such as 0.5, or noise:K for K times the noise; a part of the range "
         "of the samples is --relative-error R",

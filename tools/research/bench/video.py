@@ -34,10 +34,11 @@ def run(*command, **options):
 
 
 class VideoCodec:
-    """A codec of ffmpeg."""
+    """A codec of ffmpeg, for one volume."""
 
     def __init__(self, name, bits, qualities, options):
         self.name, self.bits, self.qualities, self.options = name, bits, qualities, options
+        self.points = {}  # bytes and PSNR by quality
 
     def has_color(self):
         return "svt" in self.name
@@ -69,12 +70,11 @@ class VideoCodec:
     def bits_at(self, samples, wanted, folder):
         """Bits per voxel at a PSNR; None if it is not reached."""
         low, high = self.qualities  # from many bits to few
-        points = {}
 
         def measured(quality):
-            if quality not in points:
-                points[quality] = self.at(samples, quality, folder)
-            return points[quality]
+            if quality not in self.points:
+                self.points[quality] = self.at(samples, quality, folder)
+            return self.points[quality]
 
         if measured(low)[1] < wanted:
             return None
@@ -155,9 +155,9 @@ def main():
         folder = pathlib.Path(name)
         for volume in volumes:
             samples = samples_of(volume)
+            codecs = x265(10 if samples.itemsize == 1 else 12), svt_av1()
             for psnr in PSNRS:
                 own = tagrid_bits(program, volume, samples, folder, "--psnr", psnr)
-                codecs = x265(10 if samples.itemsize == 1 else 12), svt_av1()
                 others = [codec.bits_at(samples, psnr, folder) for codec in codecs]
                 print(f"| {volume.stem} | {psnr} | {cell(own)} | {' | '.join(map(cell, others))} |", flush=True)
             xl, effort = jpeg_xl(samples, folder)
