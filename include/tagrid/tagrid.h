@@ -65,7 +65,7 @@ extern "C" {
 #define TAGRID_VERSION_MINOR 0 /* grows when something is added */
 #define TAGRID_VERSION_PATCH 0 /* grows when nothing but the library changes */
 
-/* The version of the library that is linked, as "1.0.0" or, before it is released, "1.0.0-rc.2". */
+/* The version of the library that is linked, as "1.0.0" or, before it is released, "1.0.0-rc.3". */
 TAGRID_API const char* tagrid_version(void);
 
 /* How a call ended. Values are never reused. */

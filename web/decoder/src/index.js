@@ -10,7 +10,7 @@ import { openSource, within } from "./source.js";
 import { Wasm, boxBytes, types } from "./wasm.js";
 
 export { TagridError };
-export const version = "1.0.0-rc.2";
+export const version = "1.0.0-rc.3";
 
 const megabyte = 1 << 20;
 // Parts of the index that are kept, of at most 256 KiB.
