@@ -10,7 +10,7 @@ folder=$(realpath -m "$2")
 sources=$folder/sources
 wanted=(zstd xxhash onetbb zlib bzip2 libpng1.6 libisal libsodium sqlite3)
 case "$machine" in
-  windows-x64) host=x86_64-w64-mingw32 compiler=$host-gcc-posix wanted+=(curl tiff pugixml openjpeg2 hdf5 dcmtk) ;;
+  windows-x64) host=x86_64-w64-mingw32 compiler=$host-gcc-posix wanted+=(curl tiff pugixml) ;;
   linux-arm64) host=aarch64-linux-gnu compiler=$host-gcc wanted+=(libseccomp) ;;
   *) echo "usage: $0 windows-x64|linux-arm64 FOLDER" >&2; exit 64 ;;
 esac
@@ -58,14 +58,12 @@ cp "$sources/libsodium/builds/msvc/version.h" "$sodium/include/sodium"
 mapfile -t of_sodium < <(find "$sodium" -name '*.c')
 archive sodium -DCONFIGURED=1 -DSODIUM_STATIC -I"$sodium/include/sodium" "${of_sodium[@]}"
 cp -r "$sodium/include/sodium.h" "$sodium/include/sodium" "$folder/include"
-toolchain=$PWD/cmake/toolchains/$machine.cmake
 # built PACKAGE LIBRARY OPTION...: installs FOLDER/lib/LIBRARY with CMake, if it is not there
 built() {
   [ -f "$folder/lib/$2" ] && return
-  mkdir -p "$folder/$1"
-  # HDF5 looks for what it has found out in the folder where CMake was called.
-  (cd "$folder/$1" && cmake -S "$sources/$1" -B . -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF "${@:3}" \
-    -DCMAKE_TOOLCHAIN_FILE="$toolchain" -DCMAKE_INSTALL_PREFIX="$folder" && cmake --build . --target install) >/dev/null
+  cmake -S "$sources/$1" -B "$folder/$1" -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF "${@:3}" \
+    -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/toolchains/$machine.cmake" -DCMAKE_INSTALL_PREFIX="$folder" >/dev/null
+  cmake --build "$folder/$1" --target install >/dev/null
 }
 
 built onetbb libtbb12.a -DTBB_TEST=OFF -DTBBMALLOC_BUILD=OFF -DTBB_STRICT=OFF -DTBB_DISABLE_HWLOC_AUTOMATIC_SEARCH=ON \
@@ -78,20 +76,6 @@ if [ "$machine" = windows-x64 ]; then
   built tiff libtiff.a -Djpeg=OFF -Dold-jpeg=OFF -Djbig=OFF -Dlerc=OFF -Dlzma=OFF -Dwebp=OFF -Dlibdeflate=OFF -Dcxx=OFF \
     -Dtiff-tools=OFF -Dtiff-tests=OFF -Dtiff-contrib=OFF -Dtiff-docs=OFF
   built pugixml libpugixml.a
-  built openjpeg2 libopenjp2.a -DBUILD_CODEC=OFF
-  # These two run small programs to learn about the machine. HDF5 includes a header of POSIX that it does not need there.
-  mkdir -p "$folder/posix/sys" && touch "$folder/posix/sys/wait.h"
-  built hdf5 libhdf5.a -DCMAKE_C_FLAGS="-I$folder/posix" -DBUILD_TESTING=OFF -DHDF5_BUILD_TOOLS=OFF -DHDF5_BUILD_EXAMPLES=OFF \
-    -DHDF5_BUILD_CPP_LIB=OFF -DHDF5_BUILD_HL_LIB=OFF -DHDF5_BUILD_FORTRAN=OFF -DHDF5_ENABLE_Z_LIB_SUPPORT=ON -DCMAKE_EXE_LINKER_FLAGS=-static
-  wine=$(PATH=$PATH:/usr/lib/wine command -v wine || PATH=$PATH:/usr/lib/wine command -v wine64)
-  printf '#!/bin/sh\nexec "%s" winepath.exe "$@"\n' "$wine" >"$folder/posix/winepath" && chmod +x "$folder/posix/winepath"
-  without=()
-  for library in TIFF PNG XML OPENSSL SNDFILE ICONV ICU STDLIBC_ICONV WRAP OPENJPEG ZLIB; do without+=("-DDCMTK_WITH_$library=OFF"); done
-  # Its dictionary is in the library: there is no file of it where the program runs.
-  built dcmtk libdcmdata.a "${without[@]}" -DBUILD_APPS=OFF -DDCMTK_DEFAULT_DICT=builtin \
-    -DDCMTK_MODULES="ofstd;oflog;dcmdata;dcmimgle;dcmimage;dcmjpeg;dcmjpls" -DCMAKE_EXE_LINKER_FLAGS=-static \
-    -DWINE_WINE_PROGRAM="$wine" -DWINE_WINEPATH_PROGRAM="$folder/posix/winepath" -DWINE_CPP_RUNTIME=none \
-    -DDCMTK_WINEPREFIX="${WINEPREFIX:-$HOME/.wine}"
 fi
 if [ "$machine" = linux-arm64 ] && [ ! -f "$folder/lib/libseccomp.a" ]; then
   (cd "$sources/libseccomp" && ./configure --host="$host" --disable-shared --prefix="$folder" >/dev/null && make -s install >/dev/null)

@@ -4,11 +4,7 @@ set(CMAKE_SYSTEM_PROCESSOR AMD64)
 set(CMAKE_C_COMPILER x86_64-w64-mingw32-gcc-posix)
 set(CMAKE_CXX_COMPILER x86_64-w64-mingw32-g++-posix)
 set(CMAKE_RC_COMPILER x86_64-w64-mingw32-windres)
-# Debian's wine64 alone has its loader in a folder of its own.
-find_program(TAGRID_WINE NAMES wine wine64 PATHS /usr/lib/wine NO_CMAKE_FIND_ROOT_PATH)
-if(TAGRID_WINE)
-  set(CMAKE_CROSSCOMPILING_EMULATOR ${TAGRID_WINE})
-endif()
+set(CMAKE_CROSSCOMPILING_EMULATOR wine)
 # Nothing of this system fits but its programs.
 set(CMAKE_FIND_ROOT_PATH /usr/x86_64-w64-mingw32 ${TAGRID_CROSS_LIBRARIES})
 set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES TAGRID_CROSS_LIBRARIES)

@@ -26,13 +26,9 @@ import urllib.request
 import zlib
 from urllib.parse import parse_qs, urljoin, urlsplit
 
-import h5py
-import numpy
-
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tests/support"))
 
-import scans
 from other_program import OtherProgram, volume
 from reading_half import WINE, wine_kept_running
 
@@ -334,28 +330,6 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
         done = self.both("encode", "bmp", "-f", "-o", "s.tag")
         self.assertEqual(done.returncode, 65)
         self.assertEqual(done.stderr, self.here("encode", "bmp", "-f", "-o", "s.tag").stderr)
-
-    def test_programs_read_dicom_and_hdf5_as_elsewhere(self):
-        os.environ["TAGRID_SANDBOX"] = "off"
-        self.addCleanup(os.environ.pop, "TAGRID_SANDBOX")
-        samples = numpy.frombuffer(volume("int16", 24 * 20 * 9, random.Random(2)), "<i2").reshape(9, 20, 24)
-        here = self.folder / "here"
-        scans.write_series(here / "dicom", samples)
-        with h5py.File(here / "chunks.h5", "w") as file:
-            file.create_dataset("volume", data=samples, chunks=(4, 8, 8), compression="gzip", shuffle=True)
-            file.create_dataset("rows", data=samples)
-        shutil.copytree(here, self.folder / "there", dirs_exist_ok=True)
-        for name, options in (("dicom", []), ("chunks.h5", ["--dataset", "volume"]), ("chunks.h5", ["--dataset", "rows"])):
-            self.assertEqual(self.both("encode", name, "-q", "-f", "-o", "a.tag", *options).returncode, 0)
-            self.assertEqual(self.both("decode", "a.tag", "-q", "-f", "-o", "a.raw", "--samples").returncode, 0)
-            self.assertEqual((self.folder / "there/a.raw").read_bytes(), samples.tobytes())
-            self.assertEqual(self.both("restore", "a.tag", "-q", "-f", "-o", "restored").returncode, 0)
-            self.assertEqual(self.files("there"), self.files("here"))
-        self.assertEqual(self.there("decode", "a.tag", "-q", "-o", "written.h5").returncode, 0)
-        with h5py.File(self.folder / "there/written.h5") as file:
-            sets = []
-            file.visititems(lambda _, item: sets.append(item) if isinstance(item, h5py.Dataset) and item.ndim == 3 else None)
-            self.assertEqual([item[()].tobytes() for item in sets], [samples.tobytes()])
 
     def test_a_program_that_dies_is_named(self):
         place = self.folder / "place"
