@@ -10,22 +10,14 @@
 /* A sample of any type as a number. */
 static double sample_at(const void* samples, tagrid_type type, size_t i) {
   switch (type) {
-    case TAGRID_UINT8:
-      return ((const uint8_t*)samples)[i];
-    case TAGRID_INT8:
-      return ((const int8_t*)samples)[i];
-    case TAGRID_UINT16:
-      return ((const uint16_t*)samples)[i];
-    case TAGRID_INT16:
-      return ((const int16_t*)samples)[i];
-    case TAGRID_UINT32:
-      return ((const uint32_t*)samples)[i];
-    case TAGRID_INT32:
-      return ((const int32_t*)samples)[i];
-    case TAGRID_FLOAT32:
-      return ((const float*)samples)[i];
-    case TAGRID_FLOAT64:
-      return ((const double*)samples)[i];
+    case TAGRID_UINT8: return ((const uint8_t*)samples)[i];
+    case TAGRID_INT8: return ((const int8_t*)samples)[i];
+    case TAGRID_UINT16: return ((const uint16_t*)samples)[i];
+    case TAGRID_INT16: return ((const int16_t*)samples)[i];
+    case TAGRID_UINT32: return ((const uint32_t*)samples)[i];
+    case TAGRID_INT32: return ((const int32_t*)samples)[i];
+    case TAGRID_FLOAT32: return ((const float*)samples)[i];
+    case TAGRID_FLOAT64: return ((const double*)samples)[i];
   }
   return 0;
 }
@@ -85,7 +77,7 @@ int main(int argc, char** argv) {
   /* Every sample (NULL: steps of 1), without gaps (NULL: no strides), on two threads. */
   tagrid_call_init(&call);
   call.threads = 2;
-  status = tagrid_reader_read(reader, &box, NULL, info.type, samples, NULL, &call);
+  status = tagrid_reader_read(reader, &box, NULL, samples, NULL, &call);
   if (status != TAGRID_OK) return fail(reader, status, samples);
 
   for (i = 0; i < count; ++i) sum += sample_at(samples, info.type, i);

@@ -295,6 +295,8 @@ class Reader {
   /// The tetrahedra of the grid; see tagrid_reader_mesh() for the options.
   template <class T>
   Mesh<T> mesh(const tagrid_mesh_options* options = nullptr, const Call& call = {}) const {
+    if (info().type != type_of<T>())
+      throw Error(TAGRID_INVALID_ARGUMENT, "the samples of the file are of another type");
     using Taken = detail::Taken<Mesh<T>>;
     Taken taken;
     tagrid_mesh_sink sink;

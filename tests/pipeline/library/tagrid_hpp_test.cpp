@@ -101,6 +101,7 @@ TEST(TagridHpp, MistakesAreExceptionsWithAStatus) {
   MemoryInput file = encoded();
   tagrid::Reader reader(file);
   EXPECT_EQ(status_of([&] { reader.read<float>(reader.box()); }), TAGRID_INVALID_ARGUMENT);
+  EXPECT_EQ(status_of([&] { reader.mesh<float>(); }), TAGRID_INVALID_ARGUMENT);
   EXPECT_EQ(status_of([&] {
               reader.read<std::int16_t>({{0, 0, 0}, {nx + 1, 1, 1}});
             }),
