@@ -77,7 +77,7 @@ int main(int argc, char** argv) {
   /* Every sample (NULL: steps of 1), without gaps (NULL: no strides), on two threads. */
   tagrid_call_init(&call);
   call.threads = 2;
-  status = tagrid_reader_read(reader, &box, NULL, samples, NULL, &call);
+  status = tagrid_reader_read(reader, &box, NULL, info.type, samples, NULL, &call);
   if (status != TAGRID_OK) return fail(reader, status, samples);
 
   for (i = 0; i < count; ++i) sum += sample_at(samples, info.type, i);

@@ -36,8 +36,9 @@ label(slow
 
 # `tools/test.sh --quick` leaves these out as well. Together, they are two fifths of the time of the others.
 label(thorough
-      OF "^readers/(dicom_(odd|moments|coders|export)|tiff_(odd|predictor)|hdf5_(odd|written|conventions)|zarr_(written|stores))$"
-         "^readers/(solver_mesh|memory|lost|verdicts|values|plain_forms|spacing|nexus|series_names|n5|amira|metaimage|two_passes)$"
+      OF "^readers/(dicom|tiff|hdf5|zarr)_"
+         "^readers/(solver_mesh|memory|lost|verdicts|values|plain_forms|spacing|nexus|series_names|n5|amira)$"
+         "^readers/(metaimage|two_passes)$"
          "^tools/(Overviews|TwoRuns|Nameless|MemoryPlans|MpiNodes|Thresholds|Benchmark|Serve)$"
          "^tools/(MpiConvert.ARankThatIsKilled|Mpi.AnyNumberOfProcessesWritesTheSameOverviews)"
          "^python/(zarr|reader)$"

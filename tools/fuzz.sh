@@ -4,10 +4,10 @@
 # of memory; the input is then in build/asan/findings and should go to tests/regressions/<target>/.
 #   tools/fuzz.sh [--seconds N] [--long HOURS] [--corpus DIR] [TARGET ...]
 #     without       the same inputs every time, so that a change fails by what it did, not by chance: a few seconds a target
-#     --seconds N   of every target, other inputs every time; what was learned stays in DIR, build/asan/corpus by default
+#     --seconds N   of every target, other inputs every time; what was learned stays in DIR
 #     --long HOURS  the same in hours
-#     --corpus DIR  goes on with what earlier runs learned, of this clone or another; DIR/runs.tsv has a line for each run
-#                   of a target, and tools/research/fuzz_table.py DIR sums them up
+#     --corpus DIR  by default build/asan/corpus. DIR/runs.tsv has a line for each run of a target, also of other clones;
+#                   tools/research/fuzz_table.py DIR sums them up
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -76,8 +76,8 @@ report() {
   if [ -n "$seconds" ]; then
     local covered
     covered=$(sed -n 's/^cov: \([0-9]*\) .*/\1/p' <<<"$coverage")
-    printf '%s\t' "$(date -u +%F)" "$commit" "$target" "$seconds" "${executions:-0}" "${covered:-0}" "${edges:-0}" >>"$corpora/runs.tsv"
-    printf '%s\n' "$status" >>"$corpora/runs.tsv"
+    printf '%s\t%s\t%s\t%s\t%s\t%s\t%s\t%s\n' "$(date -u +%F)" "$commit" "$target" "$seconds" \
+      "${executions:-0}" "${covered:-0}" "${edges:-0}" "$status" >>"$corpora/runs.tsv"
   fi
   [ "$status" -eq 0 ] && return
   failed=1

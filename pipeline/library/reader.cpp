@@ -104,8 +104,8 @@ tagrid_status tagrid_reader_read(const tagrid_reader* reader, const tagrid_box* 
   return with_file(reader, [&](const TagBricks& file) {
     require(box != nullptr && samples != nullptr, "the box or the buffer for its samples is missing");
     const CodingParameters& parameters = file.parameters();
-    require(type == static_cast<tagrid_type>(parameters.type),
-            "the buffer must be of the type of the file, " + std::string(name_of(parameters.type)));
+    if (type != static_cast<tagrid_type>(parameters.type))
+      throw UsageError("the buffer must be of the type of the file, {}", name_of(parameters.type));
     Region region{parameters.domain().points_of(box_of(*box, parameters.dims))};
     for (int axis = 0; step != nullptr && axis < 3; ++axis) {
       require(step[axis] >= 1, "a step must be 1 or more");

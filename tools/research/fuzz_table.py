@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """python3 tools/research/fuzz_table.py CORPUS [PAGE]
 
-Sums up the runs of the fuzzers that `tools/fuzz.sh --corpus CORPUS` recorded, as a table: executions of every run, edges
-that the last run reached, and runs that failed. With PAGE (docs/dev/reliability.md), writes the table there, in the place
-of the one that begins with "| target |".
+Sums up the runs of the fuzzers that `tools/fuzz.sh --corpus CORPUS` recorded, as a table: executions of all runs, edges
+that the last run reached, and runs that failed. With PAGE (docs/dev/reliability.md), the table replaces the one there
+that begins with "| target |".
 """
 
 import collections
@@ -43,7 +43,8 @@ def table_of(runs):
         sys.exit(f"{TARGETS} has no target {' '.join(by_target)}")
     days = sorted(run["date"] for run in runs)
     commits = len({run["commit"] for run in runs})
-    yield f"| **all** | {len(runs)} runs from {days[0]} to {days[-1]}, of {commits} commits | **{total:,}** in {hours:.1f} h | | |"
+    yield (f"| **all** | {len(runs)} runs from {days[0]} to {days[-1]}, of {commits} commits "
+           f"| **{total:,}** in {hours:.1f} h | | |")
 
 
 def main():

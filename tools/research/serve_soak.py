@@ -1,10 +1,10 @@
 #!/usr/bin/python3
 """python3 tools/research/serve_soak.py [--hours H] [--clients N] [--tagrid PROGRAM]
 
-Asks a `tagrid serve` for chunks of all levels as fast as N clients can, for hours. Every tenth request is a bad one: one
-that breaks off, one for a chunk that does not exist, or bytes that are no request. Each chunk must be the samples that
-`tagrid decode` writes. Every minute, a line has the requests so far, the resident memory, the open files and the threads
-of the server. Fails if a sample is wrong, the server ends, or files or memory grow after the first tenth of the time.
+Asks a `tagrid serve` for chunks of all levels as fast as N clients can, for hours. One request in ten is bad: it breaks
+off, asks for a chunk that does not exist, or is not HTTP. Each chunk must have the samples that `tagrid decode` writes.
+Every minute, a line has the requests so far, and the memory, open files and threads of the server. Fails if a sample is
+wrong, the server ends, or memory, files or threads grow after the first tenth of the time.
 """
 
 import http.client
@@ -23,7 +23,17 @@ import numpy
 
 from running import WORLD, Failure, Parser, checked, main, output_of, positive
 
-DIMS = (200, 190, 180)
+DIMS = "200,190,180"
+
+
+def answer_of(port, path):
+    """Status and content."""
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+    connection.request("GET", path)
+    answer = connection.getresponse()
+    content = answer.read()
+    connection.close()
+    return answer.status, content
 
 
 class Level:
@@ -72,13 +82,9 @@ class Soak:
         level = choice.choice(self.levels)
         index = [choice.randrange(n) for n in level.counts()]
         path = f"{self.root}{level.number}/c/{'/'.join(map(str, index))}"
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
-        connection.request("GET", path)
-        answer = connection.getresponse()
-        content = answer.read()
-        connection.close()
-        if answer.status != 200 or level.differs(index, content):
-            self.fail(f"{path}: status {answer.status}, {len(content)} bytes, not those of decode")
+        status, content = answer_of(self.port, path)
+        if status != 200 or level.differs(index, content):
+            self.fail(f"{path}: status {status}, {len(content)} bytes, not those of decode")
         with self.lock:
             self.chunks += 1
 
@@ -89,8 +95,8 @@ class Soak:
                               f"GET {self.root}0/c/0/0/0 HT"])
         with socket.create_connection(("127.0.0.1", self.port), timeout=60) as connection:
             connection.sendall(text.encode())
-            if choice.random() < 0.5:  # otherwise it closes before the answer
-                connection.recv(100 if "HT" != text[-2:] else 0)
+            if text.endswith("\r\n\r\n") and choice.random() < 0.5:  # otherwise it closes before the answer
+                connection.recv(100)
         with self.lock:
             self.bad += 1
 
@@ -110,9 +116,9 @@ def run():
     tagrid = checked(options.tagrid)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        output_of(tagrid, "phantom", "--dims", ",".join(map(str, DIMS)), "--type", "int16", "-o", folder / "a.nrrd", "-q")
-        tag = folder / "a.tag"
-        output_of(tagrid, "encode", folder / "a.nrrd", "--max-error", 3, "--overviews", "4,16", "-o", tag, "-q")
+        scan, tag = folder / "a.nrrd", folder / "a.tag"
+        output_of(tagrid, "phantom", "--dims", DIMS, "--type", "int16", "-o", scan, "-q")
+        output_of(tagrid, "encode", scan, "--max-error", 3, "--overviews", "4,16", "-o", tag, "-q")
         server = subprocess.Popen([tagrid, "serve", tag], stdout=subprocess.PIPE, text=True)
         try:
             soak(server, tagrid, tag, folder, options)
@@ -123,38 +129,34 @@ def run():
 
 def soak(server, tagrid, tag, folder, options):
     address = server.stdout.readline().strip()
-
-    def about(number):
-        connection = http.client.HTTPConnection("127.0.0.1", urlsplit(address).port, timeout=60)
-        connection.request("GET", f"{urlsplit(address).path}{number}/zarr.json")
-        answer = connection.getresponse()
-        return json.loads(answer.read()) if answer.status == 200 else None
-
-    found = [(number, about(number)) for number in range(3)]
-    work = Soak(address, [Level(tagrid, tag, text, number, folder) for number, text in found if text])
+    levels = []
+    for number in range(3):
+        status, about = answer_of(urlsplit(address).port, f"{urlsplit(address).path}{number}/zarr.json")
+        if status == 200:
+            levels.append(Level(tagrid, tag, json.loads(about), number, folder))
+    work = Soak(address, levels)
     clients = [threading.Thread(target=work.client, args=[seed]) for seed in range(options.clients)]
-    begin = time.monotonic()
+    begin, states = time.monotonic(), []
     for client in clients:
         client.start()
-    first = None
     print("minutes\tchunks\tbad requests\tMiB\topen files\tthreads", flush=True)
     while not work.over.wait(min(60, options.hours * 360)):
         passed = time.monotonic() - begin
         if server.poll() is not None:
             work.fail(f"the server ended with {server.returncode}")
             break
-        state = state_of(server)
-        print(f"{passed / 60:.1f}\t{work.chunks}\t{work.bad}\t{state[0]:.0f}\t{state[1]}\t{state[2]}", flush=True)
-        if passed > options.hours * 360 and first is None:
-            first = state
+        states.append(state_of(server))
+        memory, files, threads = states[-1]
+        print(f"{passed / 60:.1f}\t{work.chunks}\t{work.bad}\t{memory:.0f}\t{files}\t{threads}", flush=True)
         if passed > options.hours * 3600:
             work.over.set()
     for client in clients:
         client.join()
-    time.sleep(1)
-    last = state_of(server) if server.poll() is None else (math.inf, math.inf, math.inf)
-    if not work.errors and (last[0] > 1.1 * first[0] + 8 or last[1] > first[1] or last[2] > first[2]):
-        work.errors.append(f"MiB, open files and threads were {first}, and are {last}")
+    if not work.errors:
+        time.sleep(1)  # until connections have ended
+        first, last = states[len(states) // 10], state_of(server)
+        if last[0] > 1.1 * first[0] + 8 or last[1] > first[1] or last[2] > first[2]:
+            work.fail(f"MiB, open files and threads were {first}, and are {last}")
     if work.errors:
         raise Failure(WORLD, work.errors[0])
     print(f"{work.chunks} chunks were right, {work.bad} bad requests changed nothing")
