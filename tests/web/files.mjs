@@ -9,7 +9,18 @@ export const golden = join(dirname(fileURLToPath(import.meta.url)), "..", "golde
 export const goldenFiles = readdirSync(golden).filter((name) => name.endsWith(".tag"));
 
 export const folder = mkdtempSync(join(tmpdir(), "tagrid-web-"));
-process.on("exit", () => rmSync(folder, { recursive: true, force: true, maxRetries: 40, retryDelay: 100 }));
+process.on("exit", () => {
+  // Processes of a browser that was told to end may still write files, so a directory that was emptied is not empty:
+  // rmSync's own retries do not look into it again.
+  for (let tries = 100; ; --tries) {
+    try {
+      return rmSync(folder, { recursive: true, force: true });
+    } catch (error) {
+      if (tries === 0) throw error;
+      Atomics.wait(new Int32Array(new SharedArrayBuffer(4)), 0, 0, 100);
+    }
+  }
+});
 
 const program = process.env.TAGRID_PROGRAM;
 
