@@ -56,8 +56,8 @@ endif()
 
 # The same as a shared library, for what calls C functions by their names, such as the Python package in python/reader.
 # It exports what tagrid_blocks.h declares and what that needs of tagrid.h, and has the library of C++ in it.
-file(STRINGS include/tagrid/tagrid_blocks.h exported REGEX "^TAGRID_API .*tagrid_[a-z_]+\\(")
-list(TRANSFORM exported REPLACE ".*(tagrid_[a-z_]+)\\(.*" "\\1")
+file(STRINGS include/tagrid/tagrid_blocks.h exported REGEX "^TAGRID_API [^(]*tagrid_[a-z_]+\\(")
+list(TRANSFORM exported REPLACE "^[^(]*(tagrid_[a-z_]+)\\(.*" "\\1")
 list(APPEND exported tagrid_version tagrid_status_text tagrid_info_init_sized)
 list(JOIN exported "\n" names)
 list(JOIN exported "; " symbols)
