@@ -87,6 +87,10 @@ struct SourceFiles {
   std::string why_not_restorable() const;
 };
 
+/// What restoring changes in samples of this compression(): "its samples are compressed (gzip), and come back
+/// uncompressed". Readers of HDF5 call chunks without a filter "chunks".
+std::string change_of_restoring(const std::string& compression);
+
 /// Looks at the files of a source. Throws WorldError.
 SourceFiles source_files(const SourceFacts& facts);
 

@@ -109,10 +109,14 @@ void to_stored(const SlicesInFile& slices, SampleType type, std::byte* samples, 
   swap_if_not_native(samples, count, size_of(type), slices.run.big_endian);
 }
 
+std::string change_of_restoring(const std::string& compression) {
+  return compression == "chunks"
+             ? "its samples are in chunks, and come back contiguous"
+             : fmt::format("its samples are compressed ({}), and come back uncompressed", compression);
+}
+
 std::string SourceFiles::why_not_restorable() const {
-  if (!why_not && !compression.empty())
-    return fmt::format("its samples are compressed ({}), and come back uncompressed", compression);
-  return why_not.value_or("");
+  return !why_not && !compression.empty() ? change_of_restoring(compression) : why_not.value_or("");
 }
 
 namespace {

@@ -30,5 +30,5 @@ def wine_kept_running(program):
 def exported():
     """The names that its headers declare, and nothing else."""
     header = (ROOT / "include/tagrid/tagrid_blocks.h").read_text()
-    declared = set(re.findall(r"^TAGRID_API .*\b(tagrid_\w+)\(", header, re.MULTILINE))
+    declared = set(re.findall(r"^TAGRID_API [^(]*\b(tagrid_\w+)\(", header, re.MULTILINE))
     return declared | {"tagrid_version", "tagrid_status_text", "tagrid_info_init_sized"}

@@ -246,8 +246,7 @@ void RemovalPass::require_kept_files(const Volume& volume, const VolumeSource& s
   if (!found.is_same)
     throw BrokenInput("{}: has changed since it was encoded: {}; it is kept", input, found.difference);
   if (!found.compression.empty())
-    throw UsageError("{}: its samples are compressed ({}), and come back uncompressed; it is kept", input,
-                     found.compression);
+    throw UsageError("{}: {}; it is kept", input, change_of_restoring(found.compression));
 }
 
 /// Compares the output with what was written, and with the volume. Throws if too much would be lost with the

@@ -134,27 +134,28 @@ std::string wrapped(std::string_view text) {
   return result;
 }
 
-/// The options of a command by their groups, as links.
-std::string links_to_options(const Command& command) {
-  std::vector<std::string> groups;
-  for (const CommandOption& option : command.options)
-    if (std::ranges::find(groups, option.group) == groups.end()) groups.push_back(option.group);
-  std::string result;
-  for (const std::string& group : groups) {
-    std::vector<std::string> links;
-    for (const CommandOption& option : command.options)
-      if (option.group == group) links.push_back(link("`" + option.name() + "`", option.name()));
-    result += fmt::format("- {}: {}\n", group, fmt::join(links, ", "));
+/// The options of a command by their groups, as links; without those of the section.
+std::string links_to_options(const Command& command, const Section& without) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> groups;
+  for (const CommandOption& option : command.options) {
+    if (std::ranges::find(without.options, option.name(), &OptionText::name) != without.options.end())
+      continue;
+    if (groups.empty() || groups.back().first != option.group) groups.emplace_back(option.group, 0);
+    groups.back().second.push_back(link("`" + option.name() + "`", option.name()));
   }
+  std::string result;
+  for (const auto& [group, links] : groups)
+    result += fmt::format("- {}: {}\n", group, fmt::join(links, ", "));
   return result;
 }
 
-std::string section_of(const Command& command, const CommandText& text) {
+std::string section_of(const Command& command, const CommandText& text, const Section& common) {
   std::string result = fmt::format("### {}\n\n{}.\n\n", command.name, command.help);
   for (const std::string& form : text.forms) result += fmt::format("- `{}`\n", form);
   result += "\n";
   if (!text.text.empty()) result += text.text + "\n\n";
-  return result + wrapped(links_to_options(command)) + "\n";
+  const std::string links = links_to_options(command, common);
+  return result + (links.empty() ? "" : wrapped(links) + "\n");
 }
 
 std::string section_of(const OptionText& option, const std::vector<Command>& commands) {
@@ -178,7 +179,8 @@ std::string reference(const Texts& texts, const std::vector<Command>& commands) 
                               fmt::join(to_sections, ", ")));
   page += "\n## Commands\n\n";
   for (const Command& command : commands)
-    if (!command.name.empty()) page += section_of(command, texts.commands.at(command.name));
+    if (!command.name.empty())
+      page += section_of(command, texts.commands.at(command.name), texts.sections.front());
   for (const Section& section : texts.sections) {
     page += fmt::format("## {}\n\n", section.title);
     if (!section.text.empty()) page += section.text + "\n\n";
