@@ -12,7 +12,7 @@ import subprocess
 import unittest
 import zlib
 
-from other_readers import PROGRAM, ReaderTest, main, nibabel, numpy, pydicom, unless_sanitized
+from other_readers import PROGRAM, ReaderTest, h5py, main, nibabel, numpy, pydicom, unless_sanitized
 from scans import data_set, write_series
 
 NRRD = b"NRRD0004\n# a comment \xff\ntype: %s\ndimension: 3\nsizes: 11 9 4\nendian: %s\nencoding: raw\nkey:=value\n\n"
@@ -470,6 +470,12 @@ def describe(path, opened):
         self.assertIn('"restorable": false', (self.folder / "out" / "results.jsonl").read_text().replace('":', '": '))
         self.assertEqual(self.tagrid("convert", "--manifest", "list", "--output-dir", "out", "--remove-verified").returncode, 65)
         self.assertTrue((self.folder / "a.nii.gz").exists())
+
+    def test_files_whose_chunks_come_back_contiguous_are_not_removed(self):
+        with h5py.File(self.folder / "a.h5", "w") as file:
+            file.create_dataset("data", data=self.volume("int16"), chunks=(2, 4, 4))
+        self.assert_refused(64, "its samples are in chunks, and come back contiguous", "encode", "a.h5", "--rm")
+        self.assertTrue((self.folder / "a.h5").exists())
 
     def test_after_a_loss_compressed_files_differ_in_their_samples_alone(self):
         nibabel.save(nibabel.Nifti1Image(self.volume("int16"), numpy.eye(4)), self.folder / "a.nii.gz")

@@ -31,9 +31,11 @@ struct FoundVolume {
 /// passed over. Slices are found as a directory and a series in it, the images of a DICOMDIR as series of the DICOMDIR.
 /// An output is named after path and series alone, so that it stays when other volumes come; or as the template
 /// `names`, unless this is null. Hidden files and directories are skipped. Throws WorldError if `root` cannot be read.
-/// `accepted` tells whether to list folders with missing slices (gaps_ok), and headers that name files elsewhere
-/// (data_outside). `run` limits the memory of readers; if it is quiet, what is passed over is not reported.
+/// Calls enter() before each directory is searched, with its path relative to `root`. `accepted` tells whether to list
+/// folders with missing slices (gaps_ok), and headers that name files elsewhere (data_outside). `run` limits the memory
+/// of readers; if it is quiet, what is passed over is not reported.
 void find_volumes(const std::string& root, const SourceOptions& accepted, const RunOptions& run,
-                  const NameTemplate* names, const std::function<void(const FoundVolume&)>& use);
+                  const NameTemplate* names, const std::function<void(const std::string&)>& enter,
+                  const std::function<void(const FoundVolume&)>& use);
 
 }  // namespace tagrid

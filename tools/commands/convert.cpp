@@ -24,6 +24,7 @@
 #include "tools/report/damage.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
+#include "tools/report/progress.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
 
@@ -183,7 +184,11 @@ struct ConvertCommand {
     // A list in a file has names as they are; a terminal must not act on them.
     const bool is_shown = is_terminal(standard_output);
     const auto print = [&](const std::string& name) { fmt::print("{}", is_shown ? printable(name) : name); };
-    find_volumes(find, encoding.source, options.run, names ? &*names : nullptr,
+    // A list on a terminal is its own progress.
+    ListMeter meter(is_shown ? ProgressStyle::none : options.run.progress, options.run.quiet, std::nullopt);
+    std::string directory;
+    const auto enter = [&](const std::string& name) { meter.begin_volume(directory = name); };
+    find_volumes(find, encoding.source, options.run, names ? &*names : nullptr, enter,
                  [&](const FoundVolume& volume) {
                    std::string text = volume.text;
                    switch (volume.kind) {
@@ -199,6 +204,8 @@ struct ConvertCommand {
                        break;
                    }
                    ++count;
+                   meter.end_volume(0);
+                   meter.begin_volume(directory);
                    // Descriptions of series may have several lines.
                    std::ranges::replace_if(
                        text, [](char c) { return c == '\n' || c == '\r' || c == '\0'; }, ' ');

@@ -138,10 +138,11 @@ std::string wrapped(std::string_view text) {
 std::string links_to_options(const Command& command, const Section& without) {
   std::vector<std::pair<std::string, std::vector<std::string>>> groups;
   for (const CommandOption& option : command.options) {
-    if (std::ranges::find(without.options, option.name(), &OptionText::name) != without.options.end())
-      continue;
-    if (groups.empty() || groups.back().first != option.group) groups.emplace_back(option.group, 0);
-    groups.back().second.push_back(link("`" + option.name() + "`", option.name()));
+    const std::string name = option.name();
+    if (std::ranges::find(without.options, name, &OptionText::name) != without.options.end()) continue;
+    auto group = std::ranges::find(groups, option.group, [](const auto& one) { return one.first; });
+    if (group == groups.end()) group = groups.insert(groups.end(), {option.group, {}});
+    group->second.push_back(link("`" + name + "`", name));
   }
   std::string result;
   for (const auto& [group, links] : groups)

@@ -307,6 +307,8 @@ ordered_json info_json(const TagSummary& file, bool with_levels) {
   json["bytes"] = {{"file", sizes.file},     {"header", sizes.header},     {"activity", sizes.activity},
                    {"values", sizes.values}, {"envelope", sizes.envelope}, {"members", sizes.members},
                    {"index", sizes.index}};
+  json["filter"] =
+      is_filter(header.parameters.filter) ? ordered_json(header.parameters.filter) : ordered_json(nullptr);
   json["overviews"] = overviews_json(file);
   if (parity) json["bytes"]["parity"] = sizes.parity;
   json["parity"] = parity ? parity_json(*parity, sizes.parity) : ordered_json(nullptr);
@@ -380,7 +382,8 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   line("largest error",
        fmt::format("bound {}, reached {}", bound_text(p.max_error), error_text(errors.max_error, header)));
   if (p.transform_step > 0)
-    line("wavelet", fmt::format("step {:.4g}, in bricks where it is smaller", p.transform_step));
+    line("wavelet", fmt::format("step {:.4g}, in bricks where it is smaller{}", p.transform_step,
+                                is_filter(p.filter) ? "; filtered where that is closer" : ""));
   if (p.surface_error >= 0) line("", fmt::format("bound {} at active points", p.surface_error));
   const double counted_samples =
       static_cast<double>(p.dims.x * p.dims.y * p.dims.z) * (file.statistics ? header.volumes : 1);

@@ -76,7 +76,8 @@ void ProgressMeter::update(std::uint64_t done, std::uint64_t total, Clock::time_
   drawn_ = is_bar;
 }
 
-ListMeter::ListMeter(ProgressStyle style, bool quiet, std::uint64_t volumes, milliseconds pause)
+ListMeter::ListMeter(ProgressStyle style, bool quiet, std::optional<std::uint64_t> volumes,
+                     milliseconds pause)
     : style_(shown_style(style, quiet)), volumes_(volumes), pause_(pause) {
   if (style_ == ProgressStyle::none) return;
   try {
@@ -116,16 +117,24 @@ void ListMeter::end_volume(std::uint64_t bytes) {
   done_ = total_ = 0;
 }
 
-std::string ListMeter::text(double seconds, std::size_t columns) const {
-  const double part = total_ > 0 ? static_cast<double>(done_) / static_cast<double>(total_) : 0;
+double ListMeter::part_of_volume() const {
+  return total_ > 0 ? static_cast<double>(done_) / static_cast<double>(total_) : 0;
+}
+
+std::string ListMeter::counts(std::uint64_t volumes, double seconds) const {
+  const double part = part_of_volume();
   const std::uint64_t bytes = bytes_ + done_;
-  std::string text = fmt::format("{} of {} volumes, {}", ended_, volumes_, human_bytes(bytes));
+  std::string text = fmt::format("{} of {} volumes, {}", ended_, volumes, human_bytes(bytes));
   if (seconds > 0) text += fmt::format(", {:.1f} MB/s", static_cast<double>(bytes) / seconds / 1e6);
   const double worked = static_cast<double>(worked_) + part;
-  const double left = static_cast<double>(volumes_ - std::min(ended_, volumes_)) - part;
-  text += worked > 0 ? fmt::format(", {} left", duration(seconds / worked * left)) : ", ? left";
+  const double left = static_cast<double>(volumes - std::min(ended_, volumes)) - part;
+  return text + (worked > 0 ? fmt::format(", {} left", duration(seconds / worked * left)) : ", ? left");
+}
+
+std::string ListMeter::text(double seconds, std::size_t columns) const {
+  const std::string text = volumes_ ? counts(*volumes_, seconds) : counted(ended_, "volume") + " found";
   if (name_.empty()) return text;
-  const std::string before = total_ > 0 ? fmt::format("; {:.0f} % of ", 100 * part) : "; ";
+  const std::string before = total_ > 0 ? fmt::format("; {:.0f} % of ", 100 * part_of_volume()) : "; ";
   const std::size_t taken = text.size() + before.size();
   const std::string name = end_of_name(name_, columns - std::min(taken, columns));
   return name.empty() ? text : text + before + name;
@@ -137,11 +146,14 @@ void ListMeter::draw_until_end() {
   // One column of a line stays free; the bar needs its own width and that of "[] ".
   const std::size_t around = width_of_list + 4;
   while (!end_.wait_for(lock, is_bar ? pause_of_bar : pause_, [this] { return is_over_; })) {
-    const double part = total_ > 0 ? static_cast<double>(done_) / static_cast<double>(total_) : 0;
     const std::size_t columns = is_bar ? std::max(columns_of_terminal(), around) - around : std::string::npos;
-    draw(style_,
-         (static_cast<double>(ended_) + part) / static_cast<double>(std::max<std::uint64_t>(1, volumes_)),
-         text(std::chrono::duration<double>(Clock::now() - start_).count(), columns), width_of_list);
+    const std::string now = text(std::chrono::duration<double>(Clock::now() - start_).count(), columns);
+    if (is_bar && !volumes_) {
+      show_status(now);
+      continue;
+    }
+    const auto volumes = static_cast<double>(std::max<std::uint64_t>(1, volumes_.value_or(0)));
+    draw(style_, (static_cast<double>(ended_) + part_of_volume()) / volumes, now, width_of_list);
   }
   if (is_bar) show_status("");
 }

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -58,8 +59,8 @@ class ListMeter {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// `volumes`: of the list. `pause`: between two lines of the plain style.
-  ListMeter(ProgressStyle style, bool quiet, std::uint64_t volumes,
+  /// `volumes`: of the list; nothing while it is being made. `pause`: between two lines of the plain style.
+  ListMeter(ProgressStyle style, bool quiet, std::optional<std::uint64_t> volumes,
             std::chrono::milliseconds pause = std::chrono::seconds(30));
   ~ListMeter();
   ListMeter(const ListMeter&) = delete;
@@ -74,14 +75,19 @@ class ListMeter {
   void end_volume(std::uint64_t bytes);
 
   /// "2 of 12 volumes, 1.20 GB, 45.2 MB/s, 3:12 left; 45 % of knee.nrrd", after `seconds`. If the
-  /// name does not fit into `columns`, only its end is shown, or nothing.
+  /// name does not fit into `columns`, only its end is shown, or nothing. "2 volumes found; scans/2019" if the list is
+  /// being made.
   std::string text(double seconds, std::size_t columns = std::string::npos) const;
 
  private:
+  /// `volumes`: of the list.
+  std::string counts(std::uint64_t volumes, double seconds) const;
+  double part_of_volume() const;
   void draw_until_end();
 
   ProgressStyle style_;
-  std::uint64_t volumes_, ended_ = 0, worked_ = 0, bytes_ = 0;
+  std::optional<std::uint64_t> volumes_;
+  std::uint64_t ended_ = 0, worked_ = 0, bytes_ = 0;
   std::string name_;  ///< of the volume that is processed; "" between two of them
   std::uint64_t done_ = 0, total_ = 0;
   Clock::time_point start_ = Clock::now();

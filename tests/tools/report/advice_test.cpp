@@ -180,6 +180,16 @@ TEST(Progress, OfAListCountsVolumesBytesRateAndTheTimeThatIsLeft) {
   EXPECT_EQ(meter.text(40), "12 of 12 volumes, 200 MB, 5.0 MB/s, 0:00 left");
 }
 
+TEST(Progress, OfAListThatIsBeingMadeCountsWhatIsFound) {
+  ListMeter meter(ProgressStyle::none, false, std::nullopt);
+  meter.begin_volume(".");
+  EXPECT_EQ(meter.text(10), "0 volumes found; .");
+  meter.end_volume(0);
+  EXPECT_EQ(meter.text(10), "1 volume found");
+  meter.begin_volume("scans/2019/knees");
+  EXPECT_EQ(meter.text(10, 30), "1 volume found; ...9/knees");
+}
+
 TEST(Progress, OfAListIsShownEvenWhileNothingIsCounted) {
   testing::internal::CaptureStderr();
   {
