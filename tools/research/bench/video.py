@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""python3 tools/research/bench/video.py TAGRID DATA [VOLUME ...]
+"""python3 tools/research/bench/video.py TAGRID DATA psnr|lossless [VOLUME ...]
 
-Files of `tagrid encode --psnr` next to whole stacks that video codecs coded with z as time and one group of pictures, at
-equal PSNR; and lossless files next to x265 and JPEG XL. DATA has NRRD headers. Needs ffmpeg with libx265 and libsvtav1,
+psnr: files of `tagrid encode --psnr` next to whole stacks that video codecs coded with z as time and one group of pictures,
+at equal PSNR. lossless: lossless files next to x265 and JPEG XL. DATA has NRRD headers. Needs ffmpeg with libx265 and libsvtav1,
 and cjxl.
 
 Samples are mapped to 0 .. 2^bits - 1: 10 bits for samples of 8 bits and for SVT-AV1, else 12 bits. The PSNR is that of
@@ -146,26 +146,31 @@ def cell(bits):
     return "–" if bits is None else f"{bits:.4f}"
 
 
+def print_rows_at_psnrs(program, volume, samples, folder):
+    codecs = x265(10 if samples.itemsize == 1 else 12), svt_av1()
+    for psnr in PSNRS:
+        own = tagrid_bits(program, volume, samples, folder, "--psnr", psnr)
+        others = [codec.bits_at(samples, psnr, folder) for codec in codecs]
+        print(f"| {volume.stem} | {psnr} | {cell(own)} | {' | '.join(map(cell, others))} |", flush=True)
+
+
+def print_lossless_row(program, volume, samples, folder):
+    own = [tagrid_bits(program, volume, samples, folder, "--effort", effort) for effort in ("default", "best")]
+    xl, effort = jpeg_xl(samples, folder)
+    print(f"| {volume.stem} | {' | '.join(map(cell, [*own, lossless_x265(samples, folder)]))} | {cell(xl)} ({effort}) |",
+          flush=True)
+
+
 def main():
-    program, data = sys.argv[1], pathlib.Path(sys.argv[2])
-    volumes = [data / f"{name}.nhdr" for name in sys.argv[3:]] or sorted(data.glob("*.nhdr"))
-    lossless = []
-    print("| volume | dB | tagrid | x265, slow | SVT-AV1, preset 4 |\n|---|---|---|---|---|")
+    program, data, table = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3]
+    volumes = [data / f"{name}.nhdr" for name in sys.argv[4:]] or sorted(data.glob("*.nhdr"))
+    head, print_rows = {
+        "psnr": ("| volume | dB | tagrid | x265, slow | SVT-AV1, preset 4 |", print_rows_at_psnrs),
+        "lossless": ("| volume | tagrid | tagrid, best | x265, slow | JPEG XL (effort) |", print_lossless_row)}[table]
+    print(head + "\n|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as name:
-        folder = pathlib.Path(name)
         for volume in volumes:
-            samples = samples_of(volume)
-            codecs = x265(10 if samples.itemsize == 1 else 12), svt_av1()
-            for psnr in PSNRS:
-                own = tagrid_bits(program, volume, samples, folder, "--psnr", psnr)
-                others = [codec.bits_at(samples, psnr, folder) for codec in codecs]
-                print(f"| {volume.stem} | {psnr} | {cell(own)} | {' | '.join(map(cell, others))} |", flush=True)
-            xl, effort = jpeg_xl(samples, folder)
-            lossless.append(f"| {volume.stem} | {cell(tagrid_bits(program, volume, samples, folder))} "
-                            f"| {cell(tagrid_bits(program, volume, samples, folder, '--effort', 'best'))} "
-                            f"| {cell(lossless_x265(samples, folder))} | {cell(xl)} ({effort}) |")
-    print("\n| volume | tagrid | tagrid, best | x265, slow | JPEG XL (effort) |\n|---|---|---|---|---|")
-    print("\n".join(lossless))
+            print_rows(program, volume, samples_of(volume), pathlib.Path(name))
 
 
 if __name__ == "__main__":
