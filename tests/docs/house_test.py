@@ -13,11 +13,11 @@ NRRD_FIELDS = {"io/formats/vdb/placement.h"}
 MOST = {
     "functions that only pass a brick on, in": 37,
     "functions that only pass a brick on, out": 22,
-    "std::function in the product": 86,
+    "std::function in the product": 85,
     "files that name nrrd_fields": 1,
     "C++ files of the product": 874,
     "C++ files longer than 600 lines": 0,
-    "lines of the product in C++": 111430,
+    "lines of the product in C++": 111500,
 }
 
 

@@ -50,13 +50,12 @@ using Slices = std::map<std::string_view, std::vector<std::string>>;
 class Finder {
  public:
   Finder(const std::string& root, const SourceOptions& accepted, const RunOptions& run,
-         const NameTemplate* names, const std::function<void(const std::string&)>& enter,
-         const std::function<void(const FoundVolume&)>& use)
+         const NameTemplate* names, const SearchWatch& watch)
       : root_(fs::canonical(path_of(root))),
         accepted_(accepted),
         run_(run),
-        enter_(enter),
-        lines_(root_, names, use) {}
+        watch_(watch),
+        lines_(root_, names, watch.found) {}
 
   void search_all() {
     search(root_);
@@ -65,7 +64,7 @@ class Finder {
 
  private:
   void search(const fs::path& folder) {
-    enter_(text_of(folder.lexically_relative(root_)));
+    watch_.enter(text_of(folder));
     const Format* whole = format_of_folder(text_of(folder));
     if (whole != nullptr) {
       const std::size_t before = lines_.volumes();
@@ -404,7 +403,7 @@ class Finder {
   fs::path root_;
   SourceOptions accepted_;
   const RunOptions& run_;
-  const std::function<void(const std::string&)>& enter_;
+  const SearchWatch& watch_;
   FoundLines lines_;
   std::map<std::string, std::string> folders_of_series_;  // the first one of each series of DICOM
   std::set<std::string> files_of_sets_;                   // that are volumes together
@@ -417,12 +416,11 @@ class Finder {
 }  // namespace
 
 void find_volumes(const std::string& root, const SourceOptions& accepted, const RunOptions& run,
-                  const NameTemplate* names, const std::function<void(const std::string&)>& enter,
-                  const std::function<void(const FoundVolume&)>& use) {
+                  const NameTemplate* names, const SearchWatch& watch) {
   if (status_of(root) && !is_folder(root))
     throw UsageError(root + ": is a file; --find takes a directory; tagrid encode takes a file");
   if (!is_folder(root)) throw world_error("cannot read", root, ENOENT);
-  Finder(root, accepted, run, names, enter, use).search_all();
+  Finder(root, accepted, run, names, watch).search_all();
 }
 
 }  // namespace tagrid

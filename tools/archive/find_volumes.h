@@ -27,15 +27,19 @@ struct FoundVolume {
   std::size_t files = 1;  ///< that are passed over
 };
 
-/// Calls use() for every volume in `root` and the directories below it, in natural order, and at the end for what was
+/// Who hears of a search.
+struct SearchWatch {
+  std::function<void(const std::string& directory)> enter;  ///< before it is searched
+  std::function<void(const FoundVolume&)> found;
+};
+
+/// Calls found() for every volume in `root` and the directories below it, in natural order, and at the end for what was
 /// passed over. Slices are found as a directory and a series in it, the images of a DICOMDIR as series of the DICOMDIR.
 /// An output is named after path and series alone, so that it stays when other volumes come; or as the template
 /// `names`, unless this is null. Hidden files and directories are skipped. Throws WorldError if `root` cannot be read.
-/// Calls enter() before each directory is searched, with its path relative to `root`. `accepted` tells whether to list
-/// folders with missing slices (gaps_ok), and headers that name files elsewhere (data_outside). `run` limits the memory
-/// of readers; if it is quiet, what is passed over is not reported.
+/// `accepted` tells whether to list folders with missing slices (gaps_ok), and headers that name files elsewhere
+/// (data_outside). `run` limits the memory of readers; if it is quiet, what is passed over is not reported.
 void find_volumes(const std::string& root, const SourceOptions& accepted, const RunOptions& run,
-                  const NameTemplate* names, const std::function<void(const std::string&)>& enter,
-                  const std::function<void(const FoundVolume&)>& use);
+                  const NameTemplate* names, const SearchWatch& watch);
 
 }  // namespace tagrid

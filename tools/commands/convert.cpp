@@ -187,40 +187,40 @@ struct ConvertCommand {
     // A list on a terminal is its own progress.
     ListMeter meter(is_shown ? ProgressStyle::none : options.run.progress, options.run.quiet, std::nullopt);
     std::string directory;
-    const auto enter = [&](const std::string& name) { meter.begin_volume(directory = name); };
-    find_volumes(find, encoding.source, options.run, names ? &*names : nullptr, enter,
-                 [&](const FoundVolume& volume) {
-                   std::string text = volume.text;
-                   switch (volume.kind) {
-                     case FoundVolume::Kind::broken:
-                     case FoundVolume::Kind::nameless:
-                       ++(volume.kind == FoundVolume::Kind::broken ? broken : nameless);
-                       fmt::print("# not listed: {}\n", printable(text));
-                       return warn(options.run, text);
-                     case FoundVolume::Kind::passed_over:
-                       passed_over += volume.files;
-                       return fmt::print("# passed over: {}\n", printable(text));
-                     case FoundVolume::Kind::volume:
-                       break;
-                   }
-                   ++count;
-                   meter.end_volume(0);
-                   meter.begin_volume(directory);
-                   // Descriptions of series may have several lines.
-                   std::ranges::replace_if(
-                       text, [](char c) { return c == '\n' || c == '\r' || c == '\0'; }, ' ');
-                   fmt::print("# {}\n", printable(text));
-                   print(volume.path);
-                   for (const auto& [name, value] : volume.options) {
-                     fmt::print("\t{}=", name);
-                     print(value);
-                   }
-                   fmt::print("\toutput=");
-                   print(volume.output);
-                   if (keys) fmt::print("\tmark={}", mark_of_output(output_called(volume.output), *keys));
-                   fmt::print("\n");
-                   std::fflush(stdout);
-                 });
+    const auto enter = [&](const std::string& path) { meter.begin_volume(directory = path); };
+    const auto found = [&](const FoundVolume& volume) {
+      std::string text = volume.text;
+      switch (volume.kind) {
+        case FoundVolume::Kind::broken:
+        case FoundVolume::Kind::nameless:
+          ++(volume.kind == FoundVolume::Kind::broken ? broken : nameless);
+          fmt::print("# not listed: {}\n", printable(text));
+          return warn(options.run, text);
+        case FoundVolume::Kind::passed_over:
+          passed_over += volume.files;
+          return fmt::print("# passed over: {}\n", printable(text));
+        case FoundVolume::Kind::volume:
+          break;
+      }
+      ++count;
+      meter.end_volume(0);
+      meter.begin_volume(directory);
+      // Descriptions of series may have several lines.
+      std::ranges::replace_if(
+          text, [](char c) { return c == '\n' || c == '\r' || c == '\0'; }, ' ');
+      fmt::print("# {}\n", printable(text));
+      print(volume.path);
+      for (const auto& [name, value] : volume.options) {
+        fmt::print("\t{}=", name);
+        print(value);
+      }
+      fmt::print("\toutput=");
+      print(volume.output);
+      if (keys) fmt::print("\tmark={}", mark_of_output(output_called(volume.output), *keys));
+      fmt::print("\n");
+      std::fflush(stdout);
+    };
+    find_volumes(find, encoding.source, options.run, names ? &*names : nullptr, {enter, found});
     if (!options.run.quiet) {
       std::string sums = fmt::format("volumes: {}", count);
       if (broken > 0) sums += fmt::format(", {} cannot be read", broken);

@@ -187,7 +187,7 @@ TEST(Progress, OfAListThatIsBeingMadeCountsWhatIsFound) {
   meter.end_volume(0);
   EXPECT_EQ(meter.text(10), "1 volume found");
   meter.begin_volume("scans/2019/knees");
-  EXPECT_EQ(meter.text(10, 30), "1 volume found; ...9/knees");
+  EXPECT_EQ(meter.text(10, 26), "1 volume found; ...9/knees");
 }
 
 TEST(Progress, OfAListIsShownEvenWhileNothingIsCounted) {
