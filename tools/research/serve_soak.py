@@ -154,6 +154,7 @@ def soak(server, tagrid, tag, folder, options):
         client.join()
     if not work.errors:
         time.sleep(1)  # until connections have ended
+        answer_of(work.port, f"{work.root}zarr.json")  # the server closes them when the next one arrives
         first, last = states[len(states) // 10], state_of(server)
         if last[0] > 1.1 * first[0] + 8 or last[1] > first[1] or last[2] > first[2]:
             work.fail(f"MiB, open files and threads were {first}, and are {last}")
