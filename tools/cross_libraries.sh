@@ -10,7 +10,7 @@ folder=$(realpath -m "$2")
 sources=$folder/sources
 wanted=(zstd xxhash onetbb zlib bzip2 libpng1.6 libisal libsodium sqlite3)
 case "$machine" in
-  windows-x64) host=x86_64-w64-mingw32 compiler=$host-gcc-posix wanted+=(curl tiff pugixml) ;;
+  windows-x64) host=x86_64-w64-mingw32 compiler=$host-gcc-posix wanted+=(curl libjpeg-turbo tiff pugixml openjpeg2 dcmtk hdf5) ;;
   linux-arm64) host=aarch64-linux-gnu compiler=$host-gcc wanted+=(libseccomp) ;;
   *) echo "usage: $0 windows-x64|linux-arm64 FOLDER" >&2; exit 64 ;;
 esac
@@ -61,9 +61,13 @@ cp -r "$sodium/include/sodium.h" "$sodium/include/sodium" "$folder/include"
 # built PACKAGE LIBRARY OPTION...: installs FOLDER/lib/LIBRARY with CMake, if it is not there
 built() {
   [ -f "$folder/lib/$2" ] && return
-  cmake -S "$sources/$1" -B "$folder/$1" -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF "${@:3}" \
-    -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/toolchains/$machine.cmake" -DCMAKE_INSTALL_PREFIX="$folder" >/dev/null
-  cmake --build "$folder/$1" --target install >/dev/null
+  local toolchain=$PWD/cmake/toolchains/$machine.cmake
+  mkdir -p "$folder/build/$1"
+  # HDF5 looks for what it has found out in the folder where CMake was called.
+  { cd "$folder/build/$1" && cmake -S "$sources/$1" -B . -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF "${@:3}" \
+      -DCMAKE_TOOLCHAIN_FILE="$toolchain" -DTAGRID_CROSS_LIBRARIES="$folder" -DCMAKE_INSTALL_PREFIX="$folder" &&
+    cmake --build . --target install; } >"$folder/build/$1.log" 2>&1 || { cat "$folder/build/$1.log" >&2; exit 70; }
+  cd - >/dev/null
 }
 
 built onetbb libtbb12.a -DTBB_TEST=OFF -DTBBMALLOC_BUILD=OFF -DTBB_STRICT=OFF -DTBB_DISABLE_HWLOC_AUTOMATIC_SEARCH=ON \
@@ -72,10 +76,24 @@ if [ "$machine" = windows-x64 ]; then
   # HTTP alone, with the encryption and the certificates of Windows.
   built curl libcurl.a -DBUILD_CURL_EXE=OFF -DBUILD_TESTING=OFF -DENABLE_MANUAL=OFF -DHTTP_ONLY=ON -DCURL_USE_SCHANNEL=ON \
     -DCURL_USE_LIBSSH2=OFF -DUSE_LIBIDN2=OFF -DCURL_ZLIB=OFF -DUSE_NGHTTP2=OFF -DCURL_DISABLE_COOKIES=ON
-  # For the reader of TIFF: with zlib and zstd, and without what few files have.
-  built tiff libtiff.a -Djpeg=OFF -Dold-jpeg=OFF -Djbig=OFF -Dlerc=OFF -Dlzma=OFF -Dwebp=OFF -Dlibdeflate=OFF -Dcxx=OFF \
-    -Dtiff-tools=OFF -Dtiff-tests=OFF -Dtiff-contrib=OFF -Dtiff-docs=OFF
+  # For the readers of formats. Those of TIFF and HDF5 are without what few files have.
+  built libjpeg-turbo libjpeg.a -DENABLE_SHARED=OFF -DWITH_TURBOJPEG=OFF -DWITH_SIMD=OFF
+  built tiff libtiff.a -Dold-jpeg=OFF -Djbig=OFF -Dlerc=OFF -Dlzma=OFF -Dwebp=OFF -Dlibdeflate=OFF -Dcxx=OFF -Dtiff-tools=OFF \
+    -Dtiff-tests=OFF -Dtiff-contrib=OFF -Dtiff-docs=OFF
   built pugixml libpugixml.a
+  built openjpeg2 libopenjp2.a -DBUILD_CODEC=OFF
+  without=()
+  for library in TIFF PNG XML OPENSSL SNDFILE ICONV ICU STDLIBC_ICONV WRAP OPENJPEG; do without+=("-DDCMTK_WITH_$library=OFF"); done
+  # Its dictionary is in the library: there is no file of it where this program runs.
+  # It runs programs to know the arithmetic of the machine, and has no place of its own for Wine's.
+  wine=$(PATH=$PATH:/usr/lib/wine; command -v wine || command -v wine64)
+  printf '#!/bin/sh\nexec "%s" winepath.exe "$@"\n' "$wine" >"$folder/build/winepath"
+  chmod +x "$folder/build/winepath"
+  built dcmtk libdcmdata.a "${without[@]}" -DCMAKE_EXE_LINKER_FLAGS=-static -DWINE_CPP_RUNTIME=C: -DWINE_WINE_PROGRAM="$wine" \
+    -DWINE_WINEPATH_PROGRAM="$folder/build/winepath" -DBUILD_APPS=OFF \
+    -DDCMTK_MODULES="ofstd;oflog;dcmdata;dcmimgle;dcmimage;dcmjpeg;dcmjpls" -DDCMTK_DEFAULT_DICT=builtin -DCMAKE_INSTALL_DATADIC=share/dcmtk
+  built hdf5 libhdf5.a -DBUILD_TESTING=OFF -DHDF5_BUILD_TOOLS=OFF -DHDF5_BUILD_EXAMPLES=OFF -DHDF5_BUILD_CPP_LIB=OFF -DHDF5_BUILD_HL_LIB=OFF \
+    -DHDF5_BUILD_FORTRAN=OFF -DHDF5_ENABLE_Z_LIB_SUPPORT=ON -DH5_HAVE_UNISTD_H=OFF  # with it, it wants fork()
 fi
 if [ "$machine" = linux-arm64 ] && [ ! -f "$folder/lib/libseccomp.a" ]; then
   (cd "$sources/libseccomp" && ./configure --host="$host" --disable-shared --prefix="$folder" >/dev/null && make -s install >/dev/null)

@@ -31,5 +31,6 @@ tools/cross_libraries.sh windows-x64 "$build/libraries"
 cmake -S . -B "$build/program" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/toolchains/windows-x64.cmake" \
   -DTAGRID_CROSS_LIBRARIES="$build/libraries" -DTAGRID_STATIC=ON -DTAGRID_STATIC_READERS=ON -DTAGRID_UNITY=most >"$build/program.log" ||
   { cat "$build/program.log" >&2; exit 70; }
-cmake --build "$build/program" --target tagrid tagrid-read-bmp tagrid-read-png tagrid-read-tiff >"$build/program.log" || { cat "$build/program.log" >&2; exit 70; }
+cmake --build "$build/program" --target tagrid tagrid-read-{bmp,dicom,hdf5,jp2,png,tiff} tagrid-write-hdf5 >"$build/program.log" ||
+  { cat "$build/program.log" >&2; exit 70; }
 ls -l "$build"/program/*.exe

@@ -19,7 +19,7 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 staged=$work/$name
 mkdir -p "$staged/bin" "$staged/share/tagrid" "$staged/share/doc/tagrid/licenses" "$folder"
-cp "$build"/program/tagrid{,-read-*}.exe "$staged/bin"
+cp "$build"/program/tagrid{,-read-*,-write-hdf5}.exe "$staged/bin"
 x86_64-w64-mingw32-strip "$staged/bin"/*.exe
 cp -r web/viewer/dist "$staged/share/tagrid/viewer"
 cp -r docs "$staged/share/doc/tagrid"

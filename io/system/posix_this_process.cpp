@@ -13,6 +13,7 @@
 #include <fstream>
 #include <new>
 
+#include "io/errors/errors.h"
 #include "io/system/files.h"
 #include "io/system/this_process.h"
 
@@ -138,6 +139,12 @@ MappedFile::~MappedFile() {
   if (bytes_ != nullptr) munmap(bytes_, size_);
 }
 
-int open_memory_file() { return memfd_create("plain", MFD_CLOEXEC); }
+FileForLibrary::FileForLibrary() : open_(memfd_create("plain", MFD_CLOEXEC)) {
+  if (open_ < 0) throw world_error("cannot make", "a file in memory", errno);
+  path_ = path_of_open_file(open_);
+}
+FileForLibrary::~FileForLibrary() { close(open_); }
+bool FileForLibrary::has_name() { return false; }
+void FileForLibrary::leave_holes() const {}
 
 }  // namespace tagrid

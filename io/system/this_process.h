@@ -90,7 +90,26 @@ class MappedFile {
   std::size_t size_ = 0;
 };
 
-/// An open file in memory, without a name; negative on failure.
-int open_memory_file();
+/// A file for a library that opens files by a path: in memory where the system has such files, otherwise a
+/// temporary one. It goes with this object.
+class FileForLibrary {
+ public:
+  /// Throws WorldError.
+  FileForLibrary();
+  ~FileForLibrary();
+  FileForLibrary(const FileForLibrary&) = delete;
+  FileForLibrary& operator=(const FileForLibrary&) = delete;
+
+  /// Only this process may be able to open it.
+  const std::string& path() const { return path_; }
+  /// Whether the path is one of a directory, in which a library can look for it.
+  static bool has_name();
+  /// From now on, what is never written takes no room. Call it after the library has opened the file.
+  void leave_holes() const;
+
+ private:
+  int open_ = -1;
+  std::string path_;
+};
 
 }  // namespace tagrid

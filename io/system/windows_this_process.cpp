@@ -2,7 +2,10 @@
 // After <windows.h>, which it needs.
 #include <psapi.h>
 #define RtlGenRandom SystemFunction036
+#include <winioctl.h>
 extern "C" BOOLEAN NTAPI RtlGenRandom(PVOID bytes, ULONG size);
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -10,6 +13,7 @@ extern "C" BOOLEAN NTAPI RtlGenRandom(PVOID bytes, ULONG size);
 #include <limits>
 #include <thread>
 
+#include "io/errors/errors.h"
 #include "io/system/files.h"
 #include "io/system/this_process.h"
 
@@ -121,10 +125,25 @@ MappedFile::~MappedFile() {
   if (bytes_ != nullptr) UnmapViewOfFile(bytes_);
 }
 
-int open_memory_file() {
-  std::error_code unknown;
-  const std::filesystem::path folder = std::filesystem::temp_directory_path(unknown);
-  return files().open_nameless(windows::text(folder.native()));
+// It has a name, so that it can be opened; it is not open here, since libraries do not share it with who may delete it.
+FileForLibrary::FileForLibrary() {
+  std::array<unsigned char, 8> random;
+  path_ = folder_for_temporaries() + "/.tagrid.plain";
+  bool made = fill_with_random(random);
+  for (const unsigned char byte : random) path_ += fmt::format("{:02x}", byte);
+  made = made && windows::Handle(CreateFileW(windows::native(path_).c_str(), GENERIC_WRITE, 0, nullptr, CREATE_NEW,
+                                             FILE_ATTRIBUTE_TEMPORARY, nullptr));
+  if (!made) throw world_error("cannot make", path_, errno);
+}
+FileForLibrary::~FileForLibrary() { DeleteFileW(windows::native(path_).c_str()); }
+bool FileForLibrary::has_name() { return true; }
+void FileForLibrary::leave_holes() const {
+  const HANDLE file = CreateFileW(windows::native(path_).c_str(), GENERIC_WRITE, FILE_SHARE_READ | FILE_SHARE_WRITE,
+                                  nullptr, OPEN_EXISTING, 0, nullptr);
+  // Not every file system can; then they take room.
+  DWORD unused = 0;
+  DeviceIoControl(file, FSCTL_SET_SPARSE, nullptr, 0, nullptr, 0, &unused, nullptr);
+  CloseHandle(file);
 }
 
 }  // namespace tagrid

@@ -63,8 +63,8 @@ std::optional<int> error_of_jpeg_ls(std::span<const std::byte> bytes) {
   constexpr unsigned start_of_scan = 0xDA;
   for (std::size_t i = 2; i + 5 <= bytes.size() && at(i) == 0xFF;) {
     if (at(i + 1) == start_of_scan) {
-      const std::size_t near = i + 5 + std::size_t{2} * at(i + 4);
-      return near < bytes.size() ? std::optional<int>(at(near)) : std::nullopt;
+      const std::size_t position = i + 5 + std::size_t{2} * at(i + 4);
+      return position < bytes.size() ? std::optional<int>(at(position)) : std::nullopt;
     }
     i += 2 + (std::size_t{at(i + 2)} << 8 | at(i + 3));
   }

@@ -23,31 +23,26 @@
 namespace tagrid {
 namespace {
 
-/// A file that has no name and lies in memory. What was never written takes none. All functions throw WorldError.
-class MemoryFile {
+/// The copy, in which what was never written takes no memory. All functions throw WorldError.
+class CopiedFile {
  public:
-  MemoryFile() : descriptor_(open_memory_file()) {
-    if (descriptor_ < 0) throw world_error("cannot make", "a file in memory", errno);
-  }
-
-  /// A path under which this process, and no other, can open it.
-  std::string path() const { return path_of_open_file(descriptor_); }
-  std::uint64_t size() const { return FileSource(path()).size(); }
-  /// Bytes of memory that it takes.
-  std::uint64_t memory() const {
+  const FileForLibrary& file() const { return file_; }
+  std::uint64_t size() const { return FileSource(file_.path()).size(); }
+  /// Bytes that it takes.
+  std::uint64_t stored() const {
     FileStatus status;
-    if (!files().status(descriptor_, status)) throw world_error("cannot look at", "a file in memory", errno);
+    if (!files().status(file_.path(), true, status)) throw world_error("cannot look at", "the copy of an HDF5 file", errno);
     return status.stored;
   }
   /// REQUIRES: begin <= end <= size().
   std::string bytes(std::uint64_t begin, std::uint64_t end) const {
     std::string bytes(end - begin, '\0');
-    FileSource(path()).read_at(begin, std::as_writable_bytes(std::span(bytes)));
+    FileSource(file_.path()).read_at(begin, std::as_writable_bytes(std::span(bytes)));
     return bytes;
   }
 
  private:
-  Descriptor descriptor_;
+  FileForLibrary file_;
 };
 
 /// Groups in groups: links are untrusted input.
@@ -178,11 +173,11 @@ class Copy {
     old_file_.read_at(0, std::as_writable_bytes(std::span(bytes)));
     return bytes;
   }
-  const MemoryFile& file() const { return memory_; }
+  const CopiedFile& file() const { return copy_; }
 
   /// What may still be copied. Throws NoPlainForm if that is not even `wanted`.
   std::uint64_t room_for(std::uint64_t wanted) const {
-    const std::uint64_t taken = memory_.memory();
+    const std::uint64_t taken = copy_.stored();
     if (taken + wanted > most_around_samples)
       throw NoPlainForm{
           fmt::format("it has more than {} MiB besides these samples", most_around_samples >> 20)};
@@ -196,8 +191,8 @@ class Copy {
                      properties = made(H5Pcreate(H5P_FILE_CREATE), H5Pclose, "the file");
     set_like(root.get(), properties.get());
     const Hdf5Handle access = made(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "the file");
-    // The usual driver looks for the name of a file, and this one has none.
-    require_copied(H5Pset_fapl_stdio(access.get()) >= 0, "the file");
+    // The usual driver looks for the name of a file. Only that one takes names of all letters on Windows.
+    if (!FileForLibrary::has_name()) require_copied(H5Pset_fapl_stdio(access.get()) >= 0, "the file");
     require_copied(H5Pget_userblock(before.get(), &user_block_) >= 0 &&
                        H5Pset_userblock(properties.get(), user_block_) >= 0,
                    "the file");
@@ -205,8 +200,9 @@ class Copy {
     H5F_info2_t info = {};
     require_copied(H5Fget_info2(old_.get(), &info) >= 0, "the file");
     if (info.super.version >= 2) H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_LATEST);
-    Hdf5Handle file = made(H5Fcreate(memory_.path().c_str(), H5F_ACC_TRUNC, properties.get(), access.get()),
+    Hdf5Handle file = made(H5Fcreate(copy_.file().path().c_str(), H5F_ACC_TRUNC, properties.get(), access.get()),
                            H5Fclose, "the file");
+    copy_.file().leave_holes();
     return file;
   }
 
@@ -390,7 +386,7 @@ class Copy {
   hid_t target_;
   haddr_t target_address_;
   FileSource old_file_;
-  MemoryFile memory_;
+  CopiedFile copy_;
   hsize_t user_block_ = 0;
   Hdf5Handle new_;
   std::map<haddr_t, std::string> copies_;  ///< where objects of the old file are in the new one
