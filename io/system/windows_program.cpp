@@ -47,7 +47,8 @@ void occupy_standard_streams() {
 
 std::FILE* divert_standard_output() {
   const int output = _dup(1);
-  // A program that reads formats writes samples there.
+  // Programs for formats write samples there, or read them.
+  _setmode(0, _O_BINARY);
   if (output >= 0) _setmode(output, _O_BINARY);
   std::FILE* const file = output < 0 ? nullptr : _fdopen(output, "wb");
   if (file != nullptr) _dup2(2, 1);

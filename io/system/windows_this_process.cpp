@@ -131,15 +131,15 @@ FileForLibrary::FileForLibrary() {
   path_ = folder_for_temporaries() + "/.tagrid.plain";
   bool made = fill_with_random(random);
   for (const unsigned char byte : random) path_ += fmt::format("{:02x}", byte);
-  made = made && windows::Handle(CreateFileW(windows::native(path_).c_str(), GENERIC_WRITE, 0, nullptr, CREATE_NEW,
-                                             FILE_ATTRIBUTE_TEMPORARY, nullptr));
+  made = made && windows::Handle(CreateFileW(windows::native(path_).c_str(), GENERIC_WRITE, 0, nullptr,
+                                             CREATE_NEW, FILE_ATTRIBUTE_TEMPORARY, nullptr));
   if (!made) throw world_error("cannot make", path_, errno);
 }
 FileForLibrary::~FileForLibrary() { DeleteFileW(windows::native(path_).c_str()); }
 bool FileForLibrary::has_name() { return true; }
 void FileForLibrary::leave_holes() const {
-  const HANDLE file = CreateFileW(windows::native(path_).c_str(), GENERIC_WRITE, FILE_SHARE_READ | FILE_SHARE_WRITE,
-                                  nullptr, OPEN_EXISTING, 0, nullptr);
+  const HANDLE file = CreateFileW(windows::native(path_).c_str(), GENERIC_WRITE,
+                                  FILE_SHARE_READ | FILE_SHARE_WRITE, nullptr, OPEN_EXISTING, 0, nullptr);
   // Not every file system can; then they take room.
   DWORD unused = 0;
   DeviceIoControl(file, FSCTL_SET_SPARSE, nullptr, 0, nullptr, 0, &unused, nullptr);

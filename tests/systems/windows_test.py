@@ -29,8 +29,13 @@ from urllib.parse import parse_qs, urljoin, urlsplit
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tests/support"))
 
+import h5py
+import numpy
+import pydicom
+
 from other_program import OtherProgram, volume
 from reading_half import WINE, wine_kept_running
+from scans import data_set
 
 PROGRAM, FOLDER = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
 
@@ -330,6 +335,57 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
         done = self.both("encode", "bmp", "-f", "-o", "s.tag")
         self.assertEqual(done.returncode, 65)
         self.assertEqual(done.stderr, self.here("encode", "bmp", "-f", "-o", "s.tag").stderr)
+
+    def test_programs_read_other_formats_as_elsewhere(self):
+        os.environ["TAGRID_SANDBOX"] = "off"
+        self.addCleanup(os.environ.pop, "TAGRID_SANDBOX")
+        made, random_ = self.folder / "made", numpy.random.default_rng(1)
+        made.mkdir()
+        samples = (numpy.cumsum(random_.integers(-3, 4, (6, 30, 40)), axis=2) + 500).astype("u2")
+
+        def tool(*command):
+            subprocess.run([str(part) for part in command], cwd=made, check=True, capture_output=True)
+
+        with h5py.File(made / "plain.h5", "w") as file:
+            file["volume"] = samples
+        (made / "\u65e5\u672c \xfc").mkdir()
+        with h5py.File(made / "\u65e5\u672c \xfc/chunks.h5", "w") as file:
+            file.create_dataset("volume", data=samples, chunks=(2, 10, 20), compression="gzip", shuffle=True)
+        (made / "slices").mkdir()
+        for z, image in enumerate(samples):
+            (made / f"s{z}.pgm").write_bytes(b"P5 40 30 65535\n" + image.astype(">u2").tobytes())
+            tool("opj_compress", "-n", "2", "-i", f"s{z}.pgm", "-o", f"slices/s{z}.jp2")
+            (made / f"s{z}.pgm").unlink()
+        for coder in ((), ("dcmcjpeg", "+e1"), ("dcmcjpls", "+el"), ("dcmcrle",), ("dcmconv", "+td")):
+            series = f"dicom{coder[0] if coder else ''}"
+            (made / series).mkdir()
+            for z, image in enumerate(samples):
+                name = f"{series}/{z}.dcm"
+                data_set(image, instance=f"1.2.3.{z + 1}", number=z, position=(0, 0, 3 * z)).save_as(made / name)
+                if coder:
+                    tool(*coder, name, name + ".new")
+                    (made / (name + ".new")).rename(made / name)
+        pydicom.dcmread(made / "dicom/0.dcm")  # it is one for others, too
+        sources = sorted(path.name for path in made.iterdir())
+        for name in ("here", "there"):
+            shutil.copytree(made, self.folder / name, dirs_exist_ok=True)
+        for source in [*(one for one in sources if " " not in one), "\u65e5\u672c \xfc/chunks.h5"]:
+            with self.subTest(source):
+                done = self.both("encode", source, "-q", "-f", "-o", "v.tag")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertEqual(self.both("decode", "v.tag", "-q", "-f", "-o", "v.raw").returncode, 0)
+                is_dicom = source.startswith("dicom")
+                expected = (samples.astype(int) - 1024).astype("<i2") if is_dicom else samples
+                self.assertEqual((self.folder / "there/v.raw").read_bytes(), expected.tobytes())
+                self.both("restore", "v.tag", "-q", "-o", "restored " + source.replace("/", "_"))
+        # What Windows writes, others read.
+        self.assertEqual(self.both("encode", "plain.h5", "-q", "-f", "-o", "v.tag").returncode, 0)
+        self.assertEqual(self.both("decode", "v.tag", "-q", "-o", "written.h5").returncode, 0)
+        with h5py.File(self.folder / "there/written.h5") as file:
+            self.assertTrue((file["volume"][()] == samples).all())
+        here, there = self.files("here"), self.files("there")
+        self.assertEqual(sorted(here), sorted(there))
+        self.assertEqual([name for name in here if here[name] != there[name]], [])
 
     def test_a_program_that_dies_is_named(self):
         place = self.folder / "place"

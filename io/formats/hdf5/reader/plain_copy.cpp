@@ -31,7 +31,8 @@ class CopiedFile {
   /// Bytes that it takes.
   std::uint64_t stored() const {
     FileStatus status;
-    if (!files().status(file_.path(), true, status)) throw world_error("cannot look at", "the copy of an HDF5 file", errno);
+    if (!files().status(file_.path(), true, status))
+      throw world_error("cannot look at", "the copy of an HDF5 file", errno);
     return status.stored;
   }
   /// REQUIRES: begin <= end <= size().
@@ -200,8 +201,9 @@ class Copy {
     H5F_info2_t info = {};
     require_copied(H5Fget_info2(old_.get(), &info) >= 0, "the file");
     if (info.super.version >= 2) H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_LATEST);
-    Hdf5Handle file = made(H5Fcreate(copy_.file().path().c_str(), H5F_ACC_TRUNC, properties.get(), access.get()),
-                           H5Fclose, "the file");
+    Hdf5Handle file =
+        made(H5Fcreate(copy_.file().path().c_str(), H5F_ACC_TRUNC, properties.get(), access.get()), H5Fclose,
+             "the file");
     copy_.file().leave_holes();
     return file;
   }
