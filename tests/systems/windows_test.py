@@ -353,7 +353,7 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
             file.create_dataset("volume", data=samples, chunks=(2, 10, 20), compression="gzip", shuffle=True)
         (made / "slices").mkdir()
         for z, image in enumerate(samples):
-            (made / f"s{z}.pgm").write_bytes(b"P5 40 30 65535\n" + image.astype(">u2").tobytes())
+            (made / f"s{z}.pgm").write_bytes(b"P5\n40 30\n65535\n" + image.astype(">u2").tobytes())
             tool("opj_compress", "-n", "2", "-i", f"s{z}.pgm", "-o", f"slices/s{z}.jp2")
             (made / f"s{z}.pgm").unlink()
         for coder in ((), ("dcmcjpeg", "+e1"), ("dcmcjpls", "+el"), ("dcmcrle",), ("dcmconv", "+td")):
