@@ -1,4 +1,5 @@
 // The description of a volume: its text comes back, and what is typed is what the text says.
+#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include <cmath>

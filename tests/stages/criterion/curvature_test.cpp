@@ -1,4 +1,5 @@
 // The 3x3x3 stencils of the field, against polynomials that they must reproduce and against a literal sum.
+#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include <limits>

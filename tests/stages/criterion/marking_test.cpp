@@ -1,4 +1,5 @@
 // Marks of volumes, and the edges that are found in fields.
+#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include <limits>

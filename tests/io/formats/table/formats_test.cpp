@@ -1,4 +1,5 @@
 // The table of formats: all that it says of a format is so.
+#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include <map>

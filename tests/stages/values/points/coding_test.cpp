@@ -1,4 +1,5 @@
 // Values of points, narrow and wide.
+#include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include <limits>
