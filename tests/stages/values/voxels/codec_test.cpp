@@ -1,7 +1,7 @@
 #include "stages/values/voxels/codec.h"
 
-#include <rapidcheck.h>
 #include <gtest/gtest.h>
+#include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
 
 #include <array>
