@@ -84,8 +84,8 @@ if [ "$machine" = windows-x64 ]; then
   built openjpeg2 libopenjp2.a -DBUILD_CODEC=OFF
   without=()
   for library in TIFF PNG XML OPENSSL SNDFILE ICONV ICU STDLIBC_ICONV WRAP OPENJPEG; do without+=("-DDCMTK_WITH_$library=OFF"); done
-  # Its dictionary is in the library: there is no file of it where this program runs.
-  # It runs programs to know the arithmetic of the machine, and has no place of its own for Wine's.
+  # DCMTK: its dictionary is in the library, since there is no file of it where this program runs. While it is built, it runs
+  # programs under Wine, whose `winepath` Debian has only as winepath.exe.
   wine=$(PATH=$PATH:/usr/lib/wine; command -v wine || command -v wine64)
   printf '#!/bin/sh\nexec "%s" winepath.exe "$@"\n' "$wine" >"$folder/build/winepath"
   chmod +x "$folder/build/winepath"

@@ -125,15 +125,19 @@ MappedFile::~MappedFile() {
   if (bytes_ != nullptr) UnmapViewOfFile(bytes_);
 }
 
-// It has a name, so that it can be opened; it is not open here, since libraries do not share it with who may delete it.
+// It has a name. It is not open here: libraries do not open what somebody may delete.
 FileForLibrary::FileForLibrary() {
   std::array<unsigned char, 8> random;
+  if (!fill_with_random(random)) throw world_error("cannot make", "a temporary file", errno);
   path_ = folder_for_temporaries() + "/.tagrid.plain";
-  bool made = fill_with_random(random);
   for (const unsigned char byte : random) path_ += fmt::format("{:02x}", byte);
-  made = made && windows::Handle(CreateFileW(windows::native(path_).c_str(), GENERIC_WRITE, 0, nullptr,
-                                             CREATE_NEW, FILE_ATTRIBUTE_TEMPORARY, nullptr));
-  if (!made) throw world_error("cannot make", path_, errno);
+  const HANDLE file = CreateFileW(windows::native(path_).c_str(), GENERIC_WRITE, 0, nullptr, CREATE_NEW,
+                                  FILE_ATTRIBUTE_TEMPORARY, nullptr);
+  if (file == INVALID_HANDLE_VALUE) {
+    windows::fail();
+    throw world_error("cannot make", path_, errno);
+  }
+  CloseHandle(file);
 }
 FileForLibrary::~FileForLibrary() { DeleteFileW(windows::native(path_).c_str()); }
 bool FileForLibrary::has_name() { return true; }
