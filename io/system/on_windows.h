@@ -29,6 +29,9 @@ std::string utf8(std::wstring_view wide);
 /// A path of Windows as a text with slashes.
 std::string text(std::wstring_view path);
 
+/// 32 hexadecimal digits that nobody can guess, for a new name. Empty, with errno, if the system gives none.
+std::string random_digits();
+
 /// A handle that is closed at the end.
 struct Closes {
   using pointer = HANDLE;

@@ -1,8 +1,4 @@
-#include <fmt/format.h>
-#include <fmt/xchar.h>
-
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
 #include <limits>
@@ -11,7 +7,6 @@
 
 #include "io/system/files.h"
 #include "io/system/on_windows.h"
-#include "io/system/this_process.h"
 #include "io/text/paths.h"
 
 namespace tagrid {
@@ -140,13 +135,12 @@ class SystemFiles final : public FileSystem {
   }
   int open_nameless(const std::string& folder) override {
     // It has a name, and goes when it is closed.
-    std::array<unsigned char, 8> random;
-    if (!fill_with_random(random)) return -1;
-    std::string path = folder + "/.tagrid.spool";
-    for (const unsigned char byte : random) path += fmt::format("{:02x}", byte);
-    const HANDLE handle = CreateFileW(
-        native(path).c_str(), GENERIC_READ | GENERIC_WRITE | DELETE, shared_by_all, nullptr, CREATE_NEW,
-        FILE_ATTRIBUTE_TEMPORARY | FILE_ATTRIBUTE_HIDDEN | FILE_FLAG_DELETE_ON_CLOSE, nullptr);
+    const std::string digits = random_digits();
+    if (digits.empty()) return -1;
+    const HANDLE handle =
+        CreateFileW(native(folder + "/.tagrid.spool" + digits).c_str(), GENERIC_READ | GENERIC_WRITE | DELETE,
+                    shared_by_all, nullptr, CREATE_NEW,
+                    FILE_ATTRIBUTE_TEMPORARY | FILE_ATTRIBUTE_HIDDEN | FILE_FLAG_DELETE_ON_CLOSE, nullptr);
     return handle == INVALID_HANDLE_VALUE ? (fail(), -1) : windows::add(opened(handle));
   }
   int duplicate(int number) override {
@@ -396,10 +390,10 @@ class SystemFiles final : public FileSystem {
   }
   /// Elsewhere, the file that is open gets another name first, and keeps it if this fails or the program ends here.
   static bool rename_over_open(const std::wstring& from, const std::wstring& to) {
-    std::array<unsigned char, 8> random;
-    if (!fill_with_random(random)) return false;
+    const std::string digits = random_digits();
+    if (digits.empty()) return false;
     std::wstring aside = to.substr(0, to.find_last_of(L'\\') + 1) + L".tagrid.replaced";
-    for (const unsigned char byte : random) aside += fmt::format(L"{:02x}", byte);
+    aside.append(digits.begin(), digits.end());
     if (MoveFileExW(to.c_str(), aside.c_str(), MOVEFILE_WRITE_THROUGH) == 0) return fail();
     if (MoveFileExW(from.c_str(), to.c_str(), MOVEFILE_WRITE_THROUGH) == 0) {
       const DWORD error = GetLastError();

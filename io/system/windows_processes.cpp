@@ -1,6 +1,3 @@
-#include <fmt/format.h>
-#include <fmt/xchar.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -148,10 +145,10 @@ struct Pipe {
 };
 
 Pipe make_pipe(bool is_input_of_child) {
-  std::array<unsigned char, 16> random;
-  if (!fill_with_random(random)) return {};
+  const std::string digits = windows::random_digits();
+  if (digits.empty()) return {};
   std::wstring name = L"\\\\.\\pipe\\tagrid.";
-  for (const unsigned char byte : random) name += fmt::format(L"{:02x}", byte);
+  name.append(digits.begin(), digits.end());
   const DWORD way = is_input_of_child ? PIPE_ACCESS_OUTBOUND : PIPE_ACCESS_INBOUND;
   constexpr DWORD room = 1 << 20;
   const HANDLE ours =

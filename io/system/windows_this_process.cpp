@@ -84,6 +84,14 @@ bool fill_with_random(std::span<unsigned char> bytes) {
   return false;
 }
 
+std::string windows::random_digits() {
+  std::array<unsigned char, 16> random;
+  std::string digits;
+  if (fill_with_random(random))
+    for (const unsigned char byte : random) digits += fmt::format("{:02x}", byte);
+  return digits;
+}
+
 double processor_seconds_of_thread() {
   FILETIME begin, end, kernel, user;
   return GetThreadTimes(GetCurrentThread(), &begin, &end, &kernel, &user) != 0 ? seconds_of(kernel, user) : 0;
@@ -127,10 +135,9 @@ MappedFile::~MappedFile() {
 
 // It has a name. It is not open here: libraries do not open what somebody may delete.
 FileForLibrary::FileForLibrary() {
-  std::array<unsigned char, 8> random;
-  if (!fill_with_random(random)) throw world_error("cannot make", "a temporary file", errno);
-  path_ = folder_for_temporaries() + "/.tagrid.plain";
-  for (const unsigned char byte : random) path_ += fmt::format("{:02x}", byte);
+  const std::string digits = windows::random_digits();
+  if (digits.empty()) throw world_error("cannot make", "a temporary file", errno);
+  path_ = folder_for_temporaries() + "/.tagrid.plain" + digits;
   const HANDLE file = CreateFileW(windows::native(path_).c_str(), GENERIC_WRITE, 0, nullptr, CREATE_NEW,
                                   FILE_ATTRIBUTE_TEMPORARY, nullptr);
   if (file == INVALID_HANDLE_VALUE) {

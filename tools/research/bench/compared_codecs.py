@@ -14,6 +14,7 @@ from running import Failure, output_of
 class Tagrid(Codec):
     name = "tagrid"
     target = "--max-error"
+    options = ()
     encodes_in_parallel = decodes_in_parallel = True
 
     def missing(self):
@@ -24,7 +25,7 @@ class Tagrid(Codec):
 
     def encode(self, work, setting, threads):
         return [self.tagrid, "encode", work.volume.path.absolute(), "-q", "-f", "-T", threads, self.target, setting,
-                "-o", "coded"]
+                *self.options, "-o", "coded"]
 
     def decode(self, work, setting, threads):
         return [self.tagrid, "decode", "coded", "-q", "-f", "-T", threads, "-o", "decoded.raw"]
@@ -32,6 +33,11 @@ class Tagrid(Codec):
     def parts(self, directory):
         parts = json.loads(output_of(self.tagrid, "info", "--json", directory / "coded"))["bytes"]
         return {"activity": parts["activity"], "values": parts["values"]}
+
+
+class TagridWithDerivedGrid(Tagrid):
+    name = "tagrid --grid derived"
+    options = ("--grid", "derived")
 
 
 class JpegLs(Codec):
@@ -254,7 +260,7 @@ class Copy(Lossless):
         return ["cp", "coded", "decoded.raw"]
 
 
-ALL = (Tagrid, TagridOfPsnr, JpegLs, Sz3, Sperr, SperrOfPsnr, Zfp, JpegXl, Zstd, Copy)
+ALL = (Tagrid, TagridWithDerivedGrid, TagridOfPsnr, JpegLs, Sz3, Sperr, SperrOfPsnr, Zfp, JpegXl, Zstd, Copy)
 
 
 def present(names, tagrid):

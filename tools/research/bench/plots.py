@@ -8,8 +8,9 @@ import rates
 from running import WORLD, Failure, say
 
 # Colors that the color-blind can tell apart (Okabe and Ito); tagrid is black, and thicker.
-COLORS = {"tagrid": "#000000", "tagrid --psnr": "#666666", "JPEG-LS": "#0072B2", "SZ3": "#D55E00", "SPERR": "#009E73", "SPERR --psnr": "#56B4E9",
-           "zfp": "#CC79A7", "JPEG XL": "#E69F00", "zstd -1": "#999999"}
+COLORS = {"tagrid": "#000000", "tagrid --grid derived": "#444444", "tagrid --psnr": "#666666", "JPEG-LS": "#0072B2",
+          "SZ3": "#D55E00", "SPERR": "#009E73", "SPERR --psnr": "#56B4E9",
+          "zfp": "#CC79A7", "JPEG XL": "#E69F00", "zstd -1": "#999999"}
 
 PREAMBLE = """set encoding utf8
 set border 3

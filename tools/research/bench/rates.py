@@ -3,7 +3,8 @@
 import math
 
 OF_PSNR = ("tagrid --psnr", "SPERR --psnr")  # without a bound
-NO_RIVAL = ("tagrid", "copy", *OF_PSNR)
+BOUNDED = ("tagrid", "tagrid --grid derived")
+NO_RIVAL = (*BOUNDED, "copy", *OF_PSNR)
 
 
 def rows_of(results, volume, codec=None, bound=None):

@@ -56,7 +56,7 @@ def sizes(results):
 
 def equal_psnr(results):
     """Bits per voxel of other codecs at the PSNR that tagrid reaches at a bound."""
-    others = [codec for codec in results["codecs"] if codec not in ("tagrid", "copy", "JPEG XL", "zstd -1")]
+    others = [codec for codec in results["codecs"] if codec not in (*rates.BOUNDED, "copy", "JPEG XL", "zstd -1")]
     rows = []
     for volume in results["volumes"]:
         for mine in rates.rows_of(results, volume, "tagrid"):
