@@ -96,10 +96,9 @@ Action add_list(CLI::App& app, const std::string& name, const std::string& help,
   auto state = std::make_shared<ListCommand>();
   state->needs_wanted = needs_wanted;
   CLI::App* command = add_archive_action(app, *state, name, help);
-  command->add_flag("--json", state->json, "Print a JSON array with an object per volume, one on each line")
+  command->add_flag("--json", state->json, "Print a JSON array, with one volume per line")
       ->disable_flag_override();
-  command->add_flag("--print0", state->print0,
-                    "Print only paths, each with a zero byte at its end, for xargs -0");
+  command->add_flag("--print0", state->print0, "Print only paths, for xargs -0");
   add_keys_option(*command, *state);
   add_run_options(*command, state->run);
   add_memory_option(*command, state->run);
@@ -226,8 +225,7 @@ std::vector<CatalogueEntry> ArchiveCommand::matching(const Catalogue& catalogue)
 }
 
 void add_keys_option(CLI::App& command, ArchiveCommand& state) {
-  add_text_option(command, "--keys", state.keys, "FILE",
-                  "Key file of an archive without names: also search in the names that it has");
+  add_text_option(command, "--keys", state.keys, "FILE", "Key file of an archive without names");
 }
 
 CLI::App* add_archive_action(CLI::App& app, ArchiveCommand& state, const std::string& name,

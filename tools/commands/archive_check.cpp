@@ -190,7 +190,7 @@ Action add_check(CLI::App& app) {
   CLI::App* command =
       add_archive_action(app, *state, "check", "Check that volumes are intact, and record when");
   add_text_option(*command, "--sample", state->sample, "P%",
-                  "Check P percent of the volumes, those first whose last check was the longest ago");
+                  "Check P percent of the volumes, oldest check first");
   add_text_option(*command, "--older-than", state->older_than, "TIME",
                   "Check only volumes whose last check was so long ago: 90d, 12h");
   add_text_option(*command, "--budget", state->budget, "TIME",
@@ -199,7 +199,7 @@ Action add_check(CLI::App& app) {
   add_run_options(*command, state->run);
   add_memory_option(*command, state->run);
   add_json_option(*command, state->run);
-  command->add_flag("-f,--force", state->overwrite, "Overwrite the file of --json if it exists");
+  command->add_flag("-f,--force", state->overwrite, "Overwrite files that exist");
   return [state](Ranks&) { state->execute(); };
 }
 

@@ -117,7 +117,7 @@ Action add_archive_restore_command(CLI::App& app) {
   CLI::App* command =
       add_archive_action(app, *state, "restore", "Restore the source files of volumes below a directory");
   add_text_option(*command, "-o,--output", state->output.path, "TARGET",
-                  "Directory for the originals, each in a directory with the name of its output");
+                  "Directory for the volumes, by the names of their outputs");
   command->add_flag("-f,--force", state->output.overwrite, "Overwrite files that exist");
   add_run_options(*command, state->run);
   add_memory_option(*command, state->run);
@@ -130,14 +130,17 @@ Action add_archive_export_command(CLI::App& app) {
                                          "Decode volumes below a directory; with dicom, as a new series");
   ExportedVolume& volume = state->volume;
   add_text_option(*command, "-o,--output", volume.output, "TARGET",
-                  "Directory for the volumes, in the same directory tree as their outputs");
+                  "Directory for the volumes, by the names of their outputs");
   add_format_option(*command, volume.format, dicom);
-  add_region_option(*command, volume.region, "Only the samples of this region");
-  add_number_option(*command, "--step", volume.step, "N",
-                    "Only every Nth sample along each axis: 1, 2, 4, ...");
-  add_number_option(*command, "--overview", volume.overview, "F",
-                    "The means of blocks of F samples along each axis, if the outputs have them");
-  command->add_flag("--values", volume.values, "Write values, not stored samples, in every format");
+  add_region_option(*command, volume.region);
+  add_number_option(
+      *command, "--step", volume.step, "N",
+      "Only every Nth sample along each axis, counted from 0 in the entire volume: 1, 2, 4, ...");
+  add_number_option(
+      *command, "--overview", volume.overview, "F",
+      "The means of blocks of F samples along each axis, if the file has them (see tagrid info)");
+  command->add_flag("--values", volume.values,
+                    "Write values in every format; integers if slope and intercept are, otherwise floats");
   command->add_flag("-f,--force", volume.overwrite, "Overwrite files that exist");
   add_run_options(*command, state->run);
   add_memory_option(*command, state->run);

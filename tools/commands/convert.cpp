@@ -338,7 +338,7 @@ Action add_convert_command(CLI::App& app) {
       ->excludes(skip);
   command->option_defaults()->group(usual_group);
   add_trust_option(*command, state->options.trust_description);
-  command->add_flag("-f,--force", state->options.overwrite, "Overwrite outputs that exist");
+  command->add_flag("-f,--force", state->options.overwrite, "Overwrite files that exist");
   add_encoding_options(*command, state->encoding);
   add_job_options(*command, state->options.run, true);
   return [state, command](Ranks& ranks) { state->execute(ranks, encoding_options_given(*command)); };

@@ -256,17 +256,15 @@ Action add_decode_command(CLI::App& app) {
   add_output_options(*command, state->output);
   add_format_option(*command, state->format);
   add_vdb_output_options(*command, state->vdb);
-  add_region_option(*command, state->region, "Only the samples of this region");
+  add_region_option(*command, state->region);
   add_number_option(
       *command, "--step", state->step, "N",
       "Only every Nth sample along each axis, counted from 0 in the entire volume: 1, 2, 4, ...");
   add_volume_option(*command, state->volume);
   add_number_option(
       *command, "--overview", state->overview, "F",
-      "The means of blocks of F samples along each axis, if the file has them (see tagrid info), "
-      "instead of the volume; --region still counts samples of the volume");
-  command->add_flag("--samples", state->samples,
-                    "Write stored samples, even if values are slope * sample + intercept");
+      "The means of blocks of F samples along each axis, if the file has them (see tagrid info)");
+  command->add_flag("--samples", state->samples, "Write stored samples instead of values");
   command->add_flag("--values", state->values,
                     "Write values in every format; integers if slope and intercept are, otherwise floats");
   command->add_flag("--salvage", state->salvage,

@@ -197,7 +197,7 @@ Action add_encode_command(CLI::App& app) {
   add_removal_options(*command, state->remove);
   add_trust_option(*command, state->trust_description);
   command->add_flag("--resume", state->resume,
-                    "Keep finished parts in .NAME.parts, and continue with them after an interruption");
+                    "Keep finished parts in .NAME.parts, and continue after an interruption");
   return [state](Ranks& ranks) { state->execute(ranks); };
 }
 

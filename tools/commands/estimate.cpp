@@ -167,11 +167,9 @@ Action add_estimate_command(CLI::App& app) {
   command->add_option("INPUT", state->input, volume_input_help)->required();
   add_text_option(*command, "--errors", state->errors, "E,E,...",
                   "Maximum errors to try, such as 0,2,5 (default: a list that fits the noise)");
-  add_text_option(*command, "--psnr", state->psnrs, "D,D,...", "PSNRs to reach, such as 40,45");
-  add_text_option(*command, "--ratio", state->ratios, "R,R,...",
-                  "Ratios to reach with the best PSNR, such as 10,40");
-  add_text_option(*command, "--bits", state->bits, "B,B,...",
-                  "Bits per voxel to keep with the best PSNR, such as 0.5,1");
+  add_text_option(*command, "--psnr", state->psnrs, "D,D,...", "PSNRs to try, such as 40,45");
+  add_text_option(*command, "--ratio", state->ratios, "R,R,...", "Ratios to try, such as 10,40");
+  add_text_option(*command, "--bits", state->bits, "B,B,...", "Bits per voxel to try, such as 0.5,1");
   add_encoding_options(*command, state->encoding,
                        {"max-error", "relative-error", "psnr", "ratio", "bits", "parity"});
   add_report_options(*command, state->run, state->overwrite);

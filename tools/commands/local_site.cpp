@@ -29,7 +29,7 @@ std::string name_of_input(const std::string& input) {
 }
 
 void add_port_option(CLI::App& command, int& port) {
-  command.add_option("--port", port, "Port of 127.0.0.1; 0, the default, means one that is free")
+  command.add_option("--port", port, "Port of 127.0.0.1; 0, the default: a free one")
       ->option_text("N")
       ->check(CLI::Range(0, 65535));
 }

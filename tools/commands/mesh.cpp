@@ -170,9 +170,8 @@ Action add_mesh_command(CLI::App& app) {
                     "Use the grid only up to level N (default: all levels)");
   add_number_option(*command, "--coarsen", state->options.coarsen, "E",
                     "Write the coarsest mesh that is within E of every decoded voxel");
-  command->add_flag("--samples", state->options.of_samples,
-                    "With --coarsen: E is in units of stored samples, not of values");
-  add_region_option(*command, state->region, "Only the tetrahedra that intersect this region");
+  command->add_flag("--samples", state->options.of_samples, "With --coarsen: E is in stored samples");
+  add_region_option(*command, state->region);
   add_volume_option(*command, state->volume);
   command->add_flag("--padded", state->options.padded,
                     "Fill complete root cubes instead of ending at the first and last samples");

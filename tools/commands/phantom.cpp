@@ -49,10 +49,8 @@ Action add_phantom_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("phantom", "Create a synthetic CT-like volume of any size, for tests");
   add_dims_option(*command, state->dims)->required();
-  add_text_option(*command, "--type", state->type, "TYPE",
-                  "Sample type: uint8, int8, uint16, int16 (default), uint32, int32, float32 or float64");
-  add_number_option(*command, "--seed", state->seed, "N",
-                    "Select the volume: another seed gives another one (default: 1)");
+  add_text_option(*command, "--type", state->type, "TYPE", "Sample type (default: int16)");
+  add_number_option(*command, "--seed", state->seed, "N", "Select the volume (default: 1)");
   add_output_options(*command, state->output);
   add_format_option(*command, state->format);
   add_run_options(*command, state->run);

@@ -130,15 +130,14 @@ Action add_preview_command(CLI::App& app) {
   add_output_options(*command, state->output);
   command
       ->add_option("--slice", state->slices,
-                   "Slice across an axis (default: in or near the middle); one per axis; the last one counts")
+                   "Slice across an axis, one per axis (default: in or near the middle)")
       ->option_text("x=N|y=N|z=N")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->expected(1)
       ->allow_extra_args(false);
   add_volume_option(*command, state->volume);
   add_text_option(*command, "--window", state->window, "lo:hi",
-                  "Display window: lo is black, hi is white; in HU if the scan has HU "
-                  "(default: all except the lowest and highest 0.5 %)");
+                  "Values shown as black and as white (default: all but the lowest and highest 0.5 %)");
   add_job_options(*command, state->run, false);
   return [state](Ranks& ranks) { with_repair_advice(state->input, [&] { state->execute(ranks); }); };
 }

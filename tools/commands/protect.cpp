@@ -82,11 +82,9 @@ Action add_protect_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("protect", "Add parity to a .tag file, so that damage can be repaired");
   command->add_option("FILE", state->input, ".tag file")->required();
-  add_text_option(*command, "--parity", state->share, "P%",
-                  "Size of the parity, as a percentage of the size of the file: with 5%, a file of 1 GB "
-                  "takes some 50 MB more, and a damaged stretch of nearly as many bytes can be rebuilt");
+  add_text_option(*command, "--parity", state->share, "P%", "Size of the parity, in percent of the file");
   command->add_flag("--beside", state->beside, "Write the parity to FILE.parity, and leave FILE as it is");
-  command->add_flag("-f,--force", state->overwrite, "Overwrite FILE.parity if it exists");
+  command->add_flag("-f,--force", state->overwrite, "Overwrite files that exist");
   add_run_options(*command, state->run);
   add_memory_option(*command, state->run);
   return [state](Ranks& ranks) { state->execute(ranks); };

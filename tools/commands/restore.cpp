@@ -166,14 +166,11 @@ Action add_restore_command(CLI::App& app) {
   auto state = std::make_shared<RestoreCommand>();
   CLI::App* command = app.add_subcommand("restore", "Restore the source files of a .tag file, byte for byte");
   add_tag_input(*command, state->input, ".tag file or its address");
-  add_text_option(
-      *command, "--records", state->records, "DIR",
-      "Restore all originals that convert --remove-verified removed; DIR is the directory of its outputs");
-  add_text_option(*command, "--keys", state->keys, "FILE",
-                  "With --records: the key file of an archive without names");
-  add_text_option(
-      *command, "-o,--output", state->output.path, "DIR",
-      "Directory for the files, created if it does not exist; with --records, for the tree of all originals");
+  add_text_option(*command, "--records", state->records, "DIR",
+                  "Restore all originals that convert --remove-verified removed; DIR is its --output-dir");
+  add_text_option(*command, "--keys", state->keys, "FILE", "Key file of an archive without names");
+  add_text_option(*command, "-o,--output", state->output.path, "DIR",
+                  "Directory for the files; it is created if needed");
   command->add_flag("-f,--force", state->output.overwrite, "Overwrite files that exist");
   add_job_options(*command, state->run, false);
   return [state](Ranks& ranks) { with_repair_advice(state->input, [&] { state->execute(ranks); }); };

@@ -177,8 +177,8 @@ Action add_serve_command(CLI::App& app) {
   add_port_option(*command, state->port);
   command
       ->add_option("--origin", state->origins,
-                   "Pages of this site may read the volumes, such as https://neuroglancer-demo.appspot.com; "
-                   "may be given several times (default: none)")
+                   "Pages of this site, such as https://neuroglancer-demo.appspot.com, may read the volumes; "
+                   "repeatable")
       ->option_text("ORIGIN")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->expected(1)

@@ -66,10 +66,9 @@ Action add_surface_command(CLI::App& app) {
       ->required();
   add_number_option(*command, "--level", state->options.level, "N",
                     "Use the grid only up to level N (default: all levels)");
-  add_region_option(*command, state->region, "Only the surface in tetrahedra that intersect this region");
+  add_region_option(*command, state->region);
   add_volume_option(*command, state->volume);
-  command->add_flag("--samples", state->options.of_samples,
-                    "V is a stored sample, even if values are slope * sample + intercept");
+  command->add_flag("--samples", state->options.of_samples, "V is a stored sample instead of a value");
   command->add_flag("--close", state->options.close,
                     "Close the surface at the border of the volume, as if values outside were lower");
   add_job_options(*command, state->run, false);

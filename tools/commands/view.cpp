@@ -118,12 +118,13 @@ Action add_view_command(CLI::App& app) {
   add_tag_inputs(*command, state->inputs, ".tag file or its address, not a pipe; a second one is compared");
   add_port_option(*command, state->port);
   add_text_option(*command, "--materials", state->colors.materials, "NAME=LOW:HIGH,...",
-                  "Color the materials with these values, as mesh makes them");
+                  "Materials by ranges of values");
   add_text_option(*command, "--labels", state->colors.labels, "NAMES",
-                  "The samples are labels to be colored: LABEL=NAME,..., a file of names, or all");
-  add_text_option(*command, "--label-volume", state->colors.label_volume, "FILE", "A .tag file of labels");
+                  "The samples are labels of materials: LABEL=NAME,..., a file of names, or all");
+  add_text_option(*command, "--label-volume", state->colors.label_volume, "FILE",
+                  "A .tag file with the labels of the volume");
   command->add_flag("--no-browser", state->no_browser, "Only print the address");
-  command->add_flag("-q,--quiet", state->quiet, "Print only the address and errors");
+  command->add_flag("-q,--quiet", state->quiet, "Print only addresses and errors");
   return [state](Ranks&) { state->execute(); };
 }
 

@@ -94,9 +94,8 @@ namespace {
 
 constexpr const char* beginning =
     "# Commands and options\n\n"
-    "Every command and every option has a heading, so that it can be linked. The [manual](manual.md) has "
-    "examples. (The\n"
-    "program's help and `docs/options.in` are the source of this page: do not edit it.)\n\n";
+    "The [manual](manual.md) has examples. This page is made from the program's help and `docs/options.in`: "
+    "do not edit it.\n\n";
 
 /// What GitHub and others make of a heading.
 std::string anchor(const std::string& title) {

@@ -55,15 +55,14 @@ std::vector<Use> uses_of(const std::string& name, const std::vector<Command>& co
   return uses;
 }
 
-/// "With `encode` and `convert`"; "" for all commands.
+/// "`encode` and `convert`"; "" for all commands.
 std::string with(const std::vector<std::string>& with, const std::vector<Command>& commands) {
   std::vector<std::string> without;
   for (const Command& command : commands)
     if (!command.name.empty() && std::ranges::find(with, command.name) == with.end())
       without.push_back(command.name);
   if (without.empty()) return "";
-  return with.size() > without.size() ? fmt::format("With all commands except {}", listed(without))
-                                      : "With " + listed(with);
+  return with.size() > without.size() ? fmt::format("All commands except {}", listed(without)) : listed(with);
 }
 
 }  // namespace

@@ -132,17 +132,15 @@ std::vector<OptionRow> all_rows() {
           to<Effort>(&E::effort, effort_names), {"fast", "default", "best"}),
       row(setting::overviews.name, kept, "none|auto|4,16,...",
           "Downsampled copies for quick viewing, by factor (powers of 4, up to 1024); auto, the default: if "
-          "the longest axis has more than 512 samples. For label maps, use none: averaging label numbers "
-          "gives meaningless labels",
+          "an axis has more than 512 samples. For label maps, use none: means of labels have no meaning",
           set_overviews),
       row(setting::parity.name, kept, "P%|none",
-          "Add parity, P % of the size of the file, from which repair rebuilds damaged stretches (default: "
-          "none)",
+          "Add parity, P % of the file, from which repair rebuilds damaged stretches (default: none)",
           set_parity),
       row("strip", kept, "", "Drop metadata except geometry: names, dates, ...", to(&E::strip)),
       row("grid", kept, "stored|derived",
-          "stored, the default: keep the grid of the original; derived, the default with --psnr, --ratio and "
-          "--bits: recompute it from decoded voxels on demand",
+          "stored, the default: that of the original; derived, the default with --psnr, --ratio and --bits: "
+          "recomputed from decoded voxels",
           to<GridOrigin>(&E::grid, grid_origin_names), {"stored", "derived"}),
       row("grid-only", kept, "", "Store only the adaptive grid; voxels between its points are interpolated",
           to(&E::grid_only)),
@@ -158,8 +156,7 @@ std::vector<OptionRow> all_rows() {
           "Values that matter; a narrower range makes a finer mesh; auto: the range of the data", set_range),
       row(setting::max_level.name, grid, "n", "Refine no further than level n", to(&E::max_level)),
       row(setting::brick.name, grid, "N",
-          "Edge of a brick in root cubes (default: 64/S, with --psnr, --ratio and --bits 128/S, but at least "
-          "2)",
+          "Edge of a brick in root cubes (default: 64/S, with --psnr, --ratio and --bits 128/S; at least 2)",
           to(&E::brick_edge)),
       row(setting::cube.name, grid, "S", "Edge of a root cube: a power of two from 4 to 256 (default: 32)",
           to(&E::cube_size)),
@@ -175,9 +172,7 @@ std::vector<OptionRow> all_rows() {
       row("offset", headerless, "BYTES", "Bytes before the first sample; K, M, G and T are powers of 1024",
           to(&S::offset)),
       row("spacing", voxels, "X[,Y,Z][UNIT]",
-          "Distance between samples along x, y and z, where the input does not state it: 10um, "
-          "0.5,0.5,1.25mm",
-          to(&S::spacing)),
+          "Distance of samples, where the input does not state it: 10um, 0.5,0.5,1.25mm", to(&S::spacing)),
       row("override-spacing", voxels, "X[,Y,Z][UNIT]", "The same, but replaces what the input states",
           to(&S::override_spacing)),
       row("from", other_formats, "FORMAT",

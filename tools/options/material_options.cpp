@@ -149,11 +149,11 @@ void set_size(const std::string& text, MaterialMeshOptions& options) {
 
 void add_material_options(CLI::App& command, MaterialTexts& texts) {
   add_text_option(command, "--materials", texts.materials, "NAME=LOW:HIGH,...",
-                  "Mesh the materials with these values, for solvers");
+                  "Materials by ranges of values");
   add_text_option(command, "--labels", texts.labels, "NAMES",
                   "The samples are labels of materials: LABEL=NAME,..., a file of names, or all");
   add_text_option(command, "--label-volume", texts.label_volume, "FILE",
-                  "With --labels: a .tag file with the labels of the volume");
+                  "A .tag file with the labels of the volume");
   add_text_option(command, "--keep", texts.keep, "NAME,...",
                   "Mesh only these materials (default: all named ones)");
   add_text_option(command, "--parts", texts.parts, "largest|VOLUME",
@@ -162,9 +162,8 @@ void add_material_options(CLI::App& command, MaterialTexts& texts) {
                     "Smooth interfaces of labels over W samples (default: 1; 0: not at all)");
   add_text_option(command, "--size", texts.size, "FINE[..COARSE]",
                   "Edges of the cubes at interfaces, and far from them, such as 0.5mm..4mm");
-  add_number_option(
-      command, "--angles", texts.angles, "9|15",
-      "The smallest dihedral angle within the volume: 9 degrees (default), or 15 for less exact vertices");
+  add_number_option(command, "--angles", texts.angles, "9|15",
+                    "Smallest dihedral angle: 9 degrees (default), or 15 with less exact vertices");
   add_number_option(command, "--order", texts.order, "1|2", "Tetrahedra with 4 nodes (default) or with 10");
   command.add_flag("--quality", texts.quality, "Print angles, volumes, surfaces and parts of the materials");
 }

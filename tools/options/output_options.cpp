@@ -18,7 +18,7 @@ namespace tagrid {
 
 void add_output_options(CLI::App& command, OutputOptions& options) {
   add_text_option(command, "-o,--output", options.path, "FILE", "Output file, or - for standard output");
-  command.add_flag("-f,--force", options.overwrite, "Overwrite the output if it exists");
+  command.add_flag("-f,--force", options.overwrite, "Overwrite files that exist");
 }
 
 std::string output_beside(const std::string& input, const std::string& ending) {
@@ -73,14 +73,13 @@ const Format& volume_format_option(const std::string& format, const std::string&
   return asked;
 }
 
-void add_region_option(CLI::App& command, std::string& region, const std::string& description) {
+void add_region_option(CLI::App& command, std::string& region) {
   add_text_option(command, "--region", region, "x0:x1,y0:y1,z0:z1",
-                  description + ": x0 <= x < x1, likewise y and z; an omitted end is that of the volume");
+                  "Only this region: x0 <= x < x1, likewise y and z; an omitted end is that of the volume");
 }
 
 void add_volume_option(CLI::App& command, std::optional<std::int64_t>& volume) {
-  add_number_option(command, "--volume", volume, "N",
-                    "Which volume to use, counting from 0, if the file holds several (see tagrid info)");
+  add_number_option(command, "--volume", volume, "N", "Volume of a file that holds several, counting from 0");
 }
 
 std::int64_t chosen_volume(const std::string& input, const std::optional<std::int64_t>& volume,
@@ -119,7 +118,7 @@ void add_vdb_output_options(CLI::App& command, VdbOptions& options) {
                   "Grid type for 8- and 16-bit samples (default: float, which most programs read)")
       ->check(one_of({"float", "int32"}));
   add_number_option(command, "--vdb-background", options.background, "V",
-                    "Value of inactive voxels (default: the background before encoding, or the first voxel)");
+                    "Value of inactive voxels (default: as before encoding, or the first voxel)");
   add_number_option(command, "--vdb-tolerance", options.tolerance, "T",
                     "Turn voxels within T of the background into background (default: 0)");
   command.option_defaults()->group(usual_group);

@@ -34,8 +34,8 @@ void add_format_option(CLI::App& command, std::string& format, const std::string
 /// Throws UsageError if a file's name implies a different format.
 const Format& volume_format_option(const std::string& format, const std::string& output);
 
-/// --region. `description`: what the command does with the samples.
-void add_region_option(CLI::App& command, std::string& region, const std::string& description);
+/// Adds --region.
+void add_region_option(CLI::App& command, std::string& region);
 
 /// Adds --volume.
 void add_volume_option(CLI::App& command, std::optional<std::int64_t>& volume);

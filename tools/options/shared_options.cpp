@@ -69,7 +69,7 @@ void add_tag_input(CLI::App& command, std::string& input) {
 
 void add_run_options(CLI::App& command, RunOptions& options) {
   add_number_option(command, "-T,--threads", options.threads, "N",
-                    "Threads to use; 0, the default, means all processors available to the process")
+                    "Threads; 0, the default: all available processors")
       ->check([](const std::string& text) {
         const auto threads = whole_number<int>(text);
         const bool good = threads && *threads >= 0 && *threads <= most_threads;
@@ -84,9 +84,9 @@ void add_run_options(CLI::App& command, RunOptions& options) {
     options.progress = static_cast<ProgressStyle>(std::ranges::find(styles, style) - styles.begin());
   };
   command
-      .add_option_function<std::string>("--progress", set,
-                                        "How to show progress: auto (a bar on a terminal, nothing "
-                                        "elsewhere), bar, plain (a line every 30 seconds) or none")
+      .add_option_function<std::string>(
+          "--progress", set,
+          "Show progress: auto (a bar, on terminals only), bar, plain (a line every 30 seconds) or none")
       ->check(one_of(styles))
       ->option_text("auto|bar|plain|none");
 }
@@ -143,15 +143,12 @@ void add_job_options(CLI::App& command, RunOptions& options, bool with_spool) {
   add_run_options(command, options);
   add_json_option(command, options);
   add_memory_option(command, options);
-  if (with_spool)
-    add_text_option(command, "--spool", options.spool, "DIR",
-                    "Directory for temporary files: samples of a pipe whose slices exceed the memory limit, "
-                    "or output of another program for a pipe");
+  if (with_spool) add_text_option(command, "--spool", options.spool, "DIR", "Directory for temporary files");
 }
 
 void add_report_options(CLI::App& command, RunOptions& options, bool& overwrite) {
   add_job_options(command, options, true);
-  command.add_flag("-f,--force", overwrite, "Overwrite the file of --json if it exists");
+  command.add_flag("-f,--force", overwrite, "Overwrite files that exist");
 }
 
 void add_removal_options(CLI::App& command, bool& remove) {
@@ -161,9 +158,8 @@ void add_removal_options(CLI::App& command, bool& remove) {
 }
 
 void add_trust_option(CLI::App& command, bool& trust) {
-  command.add_flag(
-      "--trust-description", trust,
-      "Confirm --dims, --type and --endian, so that headerless input may be removed after lossy encoding");
+  command.add_flag("--trust-description", trust,
+                   "Confirm --dims, --type and --endian, to remove headerless input after lossy encoding");
 }
 
 bool is_unknown_address(const std::string& text, const std::filesystem::path& folder) {
