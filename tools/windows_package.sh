@@ -33,11 +33,6 @@ for package in libhwy-dev libfmt-dev libcli11-dev nlohmann-json3-dev g++-mingw-w
 done
 rm -f "$folder/$name.zip"
 (cd "$work" && zip -qr9 "$folder/$name.zip" "$name")
-# Files first, then folders from the inside out.
-{
-  (cd "$staged" && find . -type f -printf 'Delete "$INSTDIR\\%P"\n')
-  (cd "$staged" && find . -mindepth 1 -depth -type d -printf 'RMDir "$INSTDIR\\%P"\n')
-} | tr / '\\' >"$work/remove.nsh"
-makensis -V2 -DVERSION="$version" -DFOLDER="$staged" -DREMOVE="$work/remove.nsh" -DOUTPUT="$folder/$name-setup.exe" packaging/windows/tagrid.nsi
+tools/windows_installer.sh "$version" "$staged" "$folder/$name-setup.exe"
 echo "In $folder:"
 cd "$folder" && ls -- "$name"*

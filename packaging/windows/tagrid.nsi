@@ -1,7 +1,8 @@
 ; The installer of tagrid for Windows. tools/windows_package.sh calls it with VERSION, FOLDER (what is installed), OUTPUT, and
 ; REMOVE, a file with a line that removes each installed file and folder.
 ; It installs for all users, opens .tag files with the viewer by a double click, and can be undone. It does not change PATH.
-Unicode true
+; Of 64 bits, as the program: it runs where nothing runs programs of 32 bits.
+Target amd64-unicode
 Name "tagrid ${VERSION}"
 OutFile "${OUTPUT}"
 InstallDir "$PROGRAMFILES64\tagrid"
