@@ -2,7 +2,7 @@
 # Builds the libraries of the program for another machine, from Debian's source packages:
 #   tools/cross_libraries.sh windows-x64|linux-arm64 FOLDER
 # with the compilers that cmake/toolchains names; their sources in FOLDER/sources, the libraries in FOLDER/{include,lib}.
-# What is there already is left as it is.
+# What is there already, made with the same options, is left as it is.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 machine=$1
@@ -14,6 +14,10 @@ case "$machine" in
   linux-arm64) host=aarch64-linux-gnu compiler=$host-gcc wanted+=(libseccomp) ;;
   *) echo "usage: $0 windows-x64|linux-arm64 FOLDER" >&2; exit 64 ;;
 esac
+if [ "$machine" = windows-x64 ] && ! wine=$(PATH=$PATH:/usr/lib/wine; command -v wine || command -v wine64); then
+  echo "wine64 is missing. On Debian: tools/install_packages.sh windows" >&2
+  exit 69
+fi
 tools/debian_source.sh "$sources" "${wanted[@]}"
 tools/debian_headers.sh "$folder/include" CLI nlohmann isa-l isa-l.h
 if [ "$machine" = linux-arm64 ]; then
@@ -58,41 +62,45 @@ cp "$sources/libsodium/builds/msvc/version.h" "$sodium/include/sodium"
 mapfile -t of_sodium < <(find "$sodium" -name '*.c')
 archive sodium -DCONFIGURED=1 -DSODIUM_STATIC -I"$sodium/include/sodium" "${of_sodium[@]}"
 cp -r "$sodium/include/sodium.h" "$sodium/include/sodium" "$folder/include"
-# built PACKAGE LIBRARY OPTION...: installs FOLDER/lib/LIBRARY with CMake, if it is not there
+# built PACKAGE OPTION...: builds it with CMake and installs it in FOLDER, unless that was done with these options
 built() {
-  [ -f "$folder/lib/$2" ] && return
-  local toolchain=$PWD/cmake/toolchains/$machine.cmake
+  local toolchain=$PWD/cmake/toolchains/$machine.cmake done=$folder/build/$1.done made
+  made="$(head -n 1 "$sources/$1/debian/changelog") ${*:2}"
+  [ "$(cat "$done" 2>/dev/null)" != "$made" ] || return 0
+  rm -rf "$folder/build/$1" "$done"
   mkdir -p "$folder/build/$1"
   # HDF5 looks for what it has found out in the folder where CMake was called.
-  { cd "$folder/build/$1" && cmake -S "$sources/$1" -B . -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF "${@:3}" \
+  { cd "$folder/build/$1" && cmake -S "$sources/$1" -B . -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF "${@:2}" \
       -DCMAKE_TOOLCHAIN_FILE="$toolchain" -DTAGRID_CROSS_LIBRARIES="$folder" -DCMAKE_INSTALL_PREFIX="$folder" &&
     cmake --build . --target install; } >"$folder/build/$1.log" 2>&1 || { cat "$folder/build/$1.log" >&2; exit 70; }
   cd - >/dev/null
+  echo "$made" >"$done"
 }
 
-built onetbb libtbb12.a -DTBB_TEST=OFF -DTBBMALLOC_BUILD=OFF -DTBB_STRICT=OFF -DTBB_DISABLE_HWLOC_AUTOMATIC_SEARCH=ON \
+built onetbb -DTBB_TEST=OFF -DTBBMALLOC_BUILD=OFF -DTBB_STRICT=OFF -DTBB_DISABLE_HWLOC_AUTOMATIC_SEARCH=ON \
   -DTBB_ENABLE_IPO=OFF
 if [ "$machine" = windows-x64 ]; then
   # HTTP alone, with the encryption and the certificates of Windows.
-  built curl libcurl.a -DBUILD_CURL_EXE=OFF -DBUILD_TESTING=OFF -DENABLE_MANUAL=OFF -DHTTP_ONLY=ON -DCURL_USE_SCHANNEL=ON \
+  built curl -DBUILD_CURL_EXE=OFF -DBUILD_TESTING=OFF -DENABLE_MANUAL=OFF -DHTTP_ONLY=ON -DCURL_USE_SCHANNEL=ON \
     -DCURL_USE_LIBSSH2=OFF -DUSE_LIBIDN2=OFF -DCURL_ZLIB=OFF -DUSE_NGHTTP2=OFF -DCURL_DISABLE_COOKIES=ON
   # For the readers of formats. Those of TIFF and HDF5 are without what few files have.
-  built libjpeg-turbo libjpeg.a -DENABLE_SHARED=OFF -DWITH_TURBOJPEG=OFF -DWITH_SIMD=OFF
-  built tiff libtiff.a -Dold-jpeg=OFF -Djbig=OFF -Dlerc=OFF -Dlzma=OFF -Dwebp=OFF -Dlibdeflate=OFF -Dcxx=OFF -Dtiff-tools=OFF \
+  built libjpeg-turbo -DENABLE_SHARED=OFF -DWITH_TURBOJPEG=OFF -DWITH_SIMD=OFF
+  built tiff -Dold-jpeg=OFF -Djbig=OFF -Dlerc=OFF -Dlzma=OFF -Dwebp=OFF -Dlibdeflate=OFF -Dcxx=OFF -Dtiff-tools=OFF \
     -Dtiff-tests=OFF -Dtiff-contrib=OFF -Dtiff-docs=OFF
-  built pugixml libpugixml.a
-  built openjpeg2 libopenjp2.a -DBUILD_CODEC=OFF
+  built pugixml
+  built openjpeg2 -DBUILD_CODEC=OFF
   without=()
   for library in TIFF PNG XML OPENSSL SNDFILE ICONV ICU STDLIBC_ICONV WRAP OPENJPEG; do without+=("-DDCMTK_WITH_$library=OFF"); done
   # DCMTK: its dictionary is in the library, since there is no file of it where this program runs. While it is built, it runs
   # programs under Wine, whose `winepath` Debian has only as winepath.exe.
-  wine=$(PATH=$PATH:/usr/lib/wine; command -v wine || command -v wine64)
+  export WINEPREFIX=$folder/build/wine
   printf '#!/bin/sh\nexec "%s" winepath.exe "$@"\n' "$wine" >"$folder/build/winepath"
   chmod +x "$folder/build/winepath"
-  built dcmtk libdcmdata.a "${without[@]}" -DCMAKE_EXE_LINKER_FLAGS=-static -DWINE_CPP_RUNTIME=C: -DWINE_WINE_PROGRAM="$wine" \
+  built dcmtk "${without[@]}" -DCMAKE_EXE_LINKER_FLAGS=-static -DWINE_CPP_RUNTIME=C: -DWINE_WINE_PROGRAM="$wine" \
     -DWINE_WINEPATH_PROGRAM="$folder/build/winepath" -DBUILD_APPS=OFF \
-    -DDCMTK_MODULES="ofstd;oflog;dcmdata;dcmimgle;dcmimage;dcmjpeg;dcmjpls" -DDCMTK_DEFAULT_DICT=builtin -DCMAKE_INSTALL_DATADIC=share/dcmtk
-  built hdf5 libhdf5.a -DBUILD_TESTING=OFF -DHDF5_BUILD_TOOLS=OFF -DHDF5_BUILD_EXAMPLES=OFF -DHDF5_BUILD_CPP_LIB=OFF -DHDF5_BUILD_HL_LIB=OFF \
+    -DDCMTK_MODULES="ofstd;oflog;dcmdata;dcmimgle;dcmimage;dcmjpeg;dcmjpls" -DDCMTK_DEFAULT_DICT=builtin \
+    -DDCMTK_WIDE_CHAR_FILE_IO_FUNCTIONS=ON -DCMAKE_INSTALL_DATADIC=share/dcmtk
+  built hdf5 -DBUILD_TESTING=OFF -DHDF5_BUILD_TOOLS=OFF -DHDF5_BUILD_EXAMPLES=OFF -DHDF5_BUILD_CPP_LIB=OFF -DHDF5_BUILD_HL_LIB=OFF \
     -DHDF5_BUILD_FORTRAN=OFF -DHDF5_ENABLE_Z_LIB_SUPPORT=ON -DH5_HAVE_UNISTD_H=OFF  # with it, it wants fork()
 fi
 if [ "$machine" = linux-arm64 ] && [ ! -f "$folder/lib/libseccomp.a" ]; then

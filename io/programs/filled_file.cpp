@@ -2,49 +2,56 @@
 
 #include <fmt/format.h>
 
-#include <cerrno>
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <span>
 #include <vector>
 
 #include "io/errors/errors.h"
+#include "io/files/file_bytes.h"
 #include "io/files/spool_file.h"
+#include "io/files/temporaries.h"
 #include "io/system/files.h"
+#include "io/system/this_process.h"
 #include "io/text/paths.h"
 
 namespace tagrid {
 
-/// A file without a name that another process can open by a path.
-class FilledFile::Nameless {
+/// A file that another process can open by a path, and that goes.
+class FilledFile::Waiting {
  public:
-  explicit Nameless(SpoolFile file) : folder_(file.folder()), descriptor_(file.release()) {}
+  Waiting(const std::string& folder, const std::string& whose)
+      : file_(folder, whose), slot_(FileForLibrary::has_name() ? register_temporary(file_.path()) : -1) {}
+  ~Waiting() { forget_temporary(slot_); }
+  Waiting(const Waiting&) = delete;
+  Waiting& operator=(const Waiting&) = delete;
 
-  const std::string& folder() const { return folder_; }
-  std::string path() const { return path_of_open_file(descriptor_); }
-  void copy_to(OutputFile& file) const {
+  const std::string& path() const { return file_.path(); }
+  void copy_to(OutputFile& output) const {
+    const FileSource source(path());
     std::vector<std::byte> bytes(std::size_t{1} << 20);
-    for (std::uint64_t position = 0;;) {
-      const std::ptrdiff_t count = files().read_at(descriptor_, position, bytes);
-      if (count < 0) throw world_error("cannot read a temporary file for it", file.name(), errno);
-      if (count == 0) return;
-      file.write(std::span(bytes).first(static_cast<std::size_t>(count)));
-      position += static_cast<std::uint64_t>(count);
+    for (std::uint64_t position = 0, size = source.size(); position < size;) {
+      const auto part = std::span(bytes).first(
+          static_cast<std::size_t>(std::min<std::uint64_t>(bytes.size(), size - position)));
+      source.read_at(position, part);
+      output.write(part);
+      position += part.size();
     }
   }
 
  private:
-  std::string folder_;
-  Descriptor descriptor_;
+  FileForLibrary file_;
+  int slot_;
 };
 
 FilledFile::FilledFile(OutputFile& file, const std::string& path, const std::optional<std::string>& spool)
     : file_(file), name_(file.name()) {
   if (!file.can_seek()) {
-    nameless_ =
-        std::make_unique<Nameless>(spool ? SpoolFile::in(*spool, file.name()) : SpoolFile::beside(path));
-    name_ += fmt::format(" (through a temporary file in {})", nameless_->folder());
-    path_ = nameless_->path();
+    const std::string folder = spool_folder(spool, path);
+    waiting_ = std::make_unique<Waiting>(folder, file.name());
+    name_ += fmt::format(" (through a temporary file in {})", folder);
+    path_ = waiting_->path();
     return;
   }
   path_ = text_of(std::filesystem::absolute(path_of(file.temporary())));
@@ -54,8 +61,8 @@ FilledFile::FilledFile(OutputFile& file, const std::string& path, const std::opt
 FilledFile::~FilledFile() = default;
 
 std::uint64_t FilledFile::complete() {
-  if (nameless_) {
-    nameless_->copy_to(file_);
+  if (waiting_) {
+    waiting_->copy_to(file_);
     return file_.position();
   }
   const auto status = status_of(file_.temporary());

@@ -29,10 +29,10 @@ class FilledFile {
   std::uint64_t complete();
 
  private:
-  class Nameless;
+  class Waiting;
 
   OutputFile& file_;
-  std::unique_ptr<Nameless> nameless_;
+  std::unique_ptr<Waiting> waiting_;
   std::string path_, name_;
   FileStatus filled_;  ///< that of the file that the program fills, at its beginning
 };

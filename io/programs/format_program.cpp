@@ -21,7 +21,9 @@ constexpr std::string_view passed_names[] = {
     "PATH", "HOME", "USER", "LOGNAME", "LANG", "LANGUAGE", "TZ", "TZDIR", "TMPDIR", "DCMDICTPATH",
     "CONDA_PREFIX", "VIRTUAL_ENV",
     // Windows, and some of its libraries, start no program without these.
-    "Path", "SystemRoot", "SYSTEMROOT", "TEMP", "TMP"};
+    "Path", "SystemRoot", "SYSTEMROOT", "TEMP", "TMP",
+    // Where HDF5 looks for its plugins there; without it, that is the current directory.
+    "ALLUSERSPROFILE"};
 constexpr std::string_view passed_beginnings[] = {"LC_", "LD_", "HDF5_", "TAGRID_", "PYTHON", "OMP_"};
 
 bool is_passed_on(std::string_view name) {

@@ -32,6 +32,9 @@ std::string text(std::wstring_view path);
 /// 32 hexadecimal digits that nobody can guess, for a new name. Empty, with errno, if the system gives none.
 std::string random_digits();
 
+/// Ends all programs that processes() has started, so that files that they have open can be removed.
+void end_programs();
+
 /// A handle that is closed at the end.
 struct Closes {
   using pointer = HANDLE;

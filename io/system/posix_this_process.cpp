@@ -143,8 +143,13 @@ FileForLibrary::FileForLibrary() : open_(memfd_create("plain", MFD_CLOEXEC)) {
   if (open_ < 0) throw world_error("cannot make", "a file in memory", errno);
   path_ = path_of_open_file(open_);
 }
+FileForLibrary::FileForLibrary(const std::string& folder, const std::string& whose)
+    : open_(files().open_nameless(folder)) {
+  if (open_ < 0) throw world_error("cannot create a temporary file in " + folder, whose, errno);
+  path_ = path_of_open_file(open_);
+}
 FileForLibrary::~FileForLibrary() { close(open_); }
 bool FileForLibrary::has_name() { return false; }
-void FileForLibrary::leave_holes() const {}
+bool FileForLibrary::leave_holes() const { return true; }
 
 }  // namespace tagrid

@@ -90,22 +90,24 @@ class MappedFile {
   std::size_t size_ = 0;
 };
 
-/// A file for a library that opens files by a path: in memory where the system has such files, otherwise a
-/// temporary one. It goes with this object.
+/// A file for a library, or another program, that opens files by a path. It goes with this object.
 class FileForLibrary {
  public:
-  /// Throws WorldError.
+  /// In memory where the system has such files, otherwise in the folder for temporary files. Throws WorldError.
   FileForLibrary();
+  /// A temporary file in `folder`; error messages name `whose`. Throws WorldError.
+  FileForLibrary(const std::string& folder, const std::string& whose);
   ~FileForLibrary();
   FileForLibrary(const FileForLibrary&) = delete;
   FileForLibrary& operator=(const FileForLibrary&) = delete;
 
-  /// Only this process may be able to open it.
+  /// Only this process, and those that it starts, may be able to open it.
   const std::string& path() const { return path_; }
   /// Whether the path is one of a directory, in which a library can look for it.
   static bool has_name();
-  /// From now on, what is never written takes no room. Call it after the library has opened the file.
-  void leave_holes() const;
+  /// From now on, what is never written takes no room. Call it after the library has opened the file. Returns
+  /// false where files cannot have holes.
+  bool leave_holes() const;
 
  private:
   int open_ = -1;

@@ -17,6 +17,7 @@ using windows::find;
 using windows::native;
 using windows::opened;
 using windows::OpenFile;
+using windows::random_digits;
 
 constexpr DWORD shared_by_all = FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE;
 constexpr std::size_t most_at_once = std::size_t{1} << 30;

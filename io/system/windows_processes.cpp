@@ -178,14 +178,20 @@ class Inheritance {
     SIZE_T size = 0;
     InitializeProcThreadAttributeList(nullptr, 1, 0, &size);
     bytes_.resize(size);
-    if (InitializeProcThreadAttributeList(list(), 1, 0, &size) != 0)
-      UpdateProcThreadAttribute(list(), 0, PROC_THREAD_ATTRIBUTE_HANDLE_LIST, handles_.data(),
-                                sizeof handles_, nullptr, nullptr);
+    is_made_ = InitializeProcThreadAttributeList(list(), 1, 0, &size) != 0;
+    is_right_ =
+        is_made_ && UpdateProcThreadAttribute(list(), 0, PROC_THREAD_ATTRIBUTE_HANDLE_LIST, handles_.data(),
+                                              sizeof handles_, nullptr, nullptr) != 0;
+    if (!is_right_) windows::fail();
   }
-  ~Inheritance() { DeleteProcThreadAttributeList(list()); }
+  ~Inheritance() {
+    if (is_made_) DeleteProcThreadAttributeList(list());
+  }
   Inheritance(const Inheritance&) = delete;
   Inheritance& operator=(const Inheritance&) = delete;
 
+  /// Otherwise, errno says why not.
+  bool is_right() const { return is_right_; }
   LPPROC_THREAD_ATTRIBUTE_LIST list() {
     return reinterpret_cast<LPPROC_THREAD_ATTRIBUTE_LIST>(bytes_.data());
   }
@@ -193,6 +199,7 @@ class Inheritance {
  private:
   std::array<HANDLE, 3> handles_;
   std::vector<std::byte> bytes_;
+  bool is_made_ = false, is_right_ = false;
 };
 
 /// A job ends all its processes when its only handle is closed, as when this process ends.
@@ -217,6 +224,7 @@ class SystemProcesses final : public Processes {
     running.job.reset(CreateJobObjectW(nullptr, nullptr));
     if (!running.job || !set_limits(running.job.get(), memory)) return {Failure::process, errno};
     Inheritance inheritance({input.childs.get(), output.childs.get(), errors.childs.get()});
+    if (!inheritance.is_right()) return {Failure::process, errno};
     STARTUPINFOEXW how = {};
     how.StartupInfo.cb = sizeof how;
     how.StartupInfo.dwFlags = STARTF_USESTDHANDLES;
@@ -290,6 +298,13 @@ class SystemProcesses final : public Processes {
     running_.erase(process);
   }
 
+  void end_all() {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [number, running] : running_) TerminateJobObject(running.job.get(), 1);
+    constexpr DWORD patience = 2000;  // milliseconds
+    for (const auto& [number, running] : running_) WaitForSingleObject(running.process.get(), patience);
+  }
+
  private:
   struct Running {
     windows::Handle process, job;
@@ -319,6 +334,8 @@ Processes& processes_of_system() {
   static Processes& all = *new SystemProcesses;
   return all;
 }
+
+void windows::end_programs() { static_cast<SystemProcesses&>(processes_of_system()).end_all(); }
 
 std::string_view end_of_program_names() { return ".exe"; }
 char separator_of_folders() { return ';'; }

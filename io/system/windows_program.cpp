@@ -35,8 +35,8 @@ std::vector<std::string> environment() {
 
 std::string folder_for_temporaries() {
   std::array<wchar_t, MAX_PATH + 2> folder = {};
-  GetTempPathW(static_cast<DWORD>(folder.size()), folder.data());
-  return windows::text(folder.data());
+  const DWORD size = GetTempPathW(static_cast<DWORD>(folder.size()), folder.data());
+  return size == 0 || size >= folder.size() ? "." : windows::text(folder.data());
 }
 
 // No file of the program becomes a standard stream: their numbers are taken. What is written is bytes, and UTF-8.
@@ -48,7 +48,7 @@ void occupy_standard_streams() {
 std::FILE* divert_standard_output() {
   const int output = _dup(1);
   // Programs for formats write samples there, or read them.
-  _setmode(0, _O_BINARY);
+  for (const int stream : {0, 1}) _setmode(stream, _O_BINARY);
   if (output >= 0) _setmode(output, _O_BINARY);
   std::FILE* const file = output < 0 ? nullptr : _fdopen(output, "wb");
   if (file != nullptr) _dup2(2, 1);

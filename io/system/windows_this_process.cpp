@@ -133,28 +133,57 @@ MappedFile::~MappedFile() {
   if (bytes_ != nullptr) UnmapViewOfFile(bytes_);
 }
 
+namespace {
+
+constexpr std::string_view name_for_libraries = ".tagrid.plain";
+
+/// Programs that were killed leave theirs. Those that are open stay, and young ones, which may not be open yet.
+void remove_forgotten(const std::string& folder) {
+  const std::string beginning = fmt::format("{}/{}", folder, name_for_libraries);
+  WIN32_FIND_DATAW found;
+  const HANDLE search = FindFirstFileW(windows::native(beginning).append(L"*").c_str(), &found);
+  if (search == INVALID_HANDLE_VALUE) return;
+  FILETIME now;
+  GetSystemTimeAsFileTime(&now);
+  const auto ticks = [](FILETIME time) {
+    return std::uint64_t{time.dwHighDateTime} << 32 | time.dwLowDateTime;
+  };
+  constexpr std::uint64_t hour = std::uint64_t{36'000'000'000};
+  do {
+    if (ticks(found.ftLastWriteTime) + hour < ticks(now))
+      DeleteFileW(windows::native(fmt::format("{}/{}", folder, windows::utf8(found.cFileName))).c_str());
+  } while (FindNextFileW(search, &found) != 0);
+  FindClose(search);
+}
+
+}  // namespace
+
+FileForLibrary::FileForLibrary() : FileForLibrary(folder_for_temporaries(), "a copy for a library") {}
+
 // It has a name. It is not open here: libraries do not open what somebody may delete.
-FileForLibrary::FileForLibrary() {
+FileForLibrary::FileForLibrary(const std::string& folder, const std::string& whose) {
+  remove_forgotten(folder);
   const std::string digits = windows::random_digits();
-  if (digits.empty()) throw world_error("cannot make", "a temporary file", errno);
-  path_ = folder_for_temporaries() + "/.tagrid.plain" + digits;
-  const HANDLE file = CreateFileW(windows::native(path_).c_str(), GENERIC_WRITE, 0, nullptr, CREATE_NEW,
-                                  FILE_ATTRIBUTE_TEMPORARY, nullptr);
+  path_ = fmt::format("{}/{}{}", folder, name_for_libraries, digits);
+  const HANDLE file = digits.empty()
+                          ? INVALID_HANDLE_VALUE
+                          : CreateFileW(windows::native(path_).c_str(), GENERIC_WRITE, 0, nullptr, CREATE_NEW,
+                                        FILE_ATTRIBUTE_TEMPORARY | FILE_ATTRIBUTE_HIDDEN, nullptr);
   if (file == INVALID_HANDLE_VALUE) {
-    windows::fail();
-    throw world_error("cannot make", path_, errno);
+    if (!digits.empty()) windows::fail();
+    throw world_error("cannot create a temporary file in " + folder, whose, errno);
   }
   CloseHandle(file);
 }
 FileForLibrary::~FileForLibrary() { DeleteFileW(windows::native(path_).c_str()); }
 bool FileForLibrary::has_name() { return true; }
-void FileForLibrary::leave_holes() const {
-  const HANDLE file = CreateFileW(windows::native(path_).c_str(), GENERIC_WRITE,
-                                  FILE_SHARE_READ | FILE_SHARE_WRITE, nullptr, OPEN_EXISTING, 0, nullptr);
-  // Not every file system can; then they take room.
+bool FileForLibrary::leave_holes() const {
+  const windows::Handle file(CreateFileW(windows::native(path_).c_str(), GENERIC_WRITE,
+                                         FILE_SHARE_READ | FILE_SHARE_WRITE, nullptr, OPEN_EXISTING, 0,
+                                         nullptr));
   DWORD unused = 0;
-  DeviceIoControl(file, FSCTL_SET_SPARSE, nullptr, 0, nullptr, 0, &unused, nullptr);
-  CloseHandle(file);
+  return file.get() != INVALID_HANDLE_VALUE &&
+         DeviceIoControl(file.get(), FSCTL_SET_SPARSE, nullptr, 0, nullptr, 0, &unused, nullptr) != 0;
 }
 
 }  // namespace tagrid

@@ -32,6 +32,7 @@ sys.path.append(str(ROOT / "tests/support"))
 import h5py
 import numpy
 import pydicom
+import tifffile
 
 from other_program import OtherProgram, volume
 from reading_half import WINE, wine_kept_running
@@ -348,8 +349,7 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
 
         with h5py.File(made / "plain.h5", "w") as file:
             file["volume"] = samples
-        (made / "\u65e5\u672c \xfc").mkdir()
-        with h5py.File(made / "\u65e5\u672c \xfc/chunks.h5", "w") as file:
+        with h5py.File(made / "chunks.h5", "w") as file:
             file.create_dataset("volume", data=samples, chunks=(2, 10, 20), compression="gzip", shuffle=True)
         (made / "slices").mkdir()
         for z, image in enumerate(samples):
@@ -366,26 +366,47 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
                     tool(*coder, name, name + ".new")
                     (made / (name + ".new")).rename(made / name)
         pydicom.dcmread(made / "dicom/0.dcm")  # it is one for others, too
-        sources = sorted(path.name for path in made.iterdir())
+        # No code page has all of these letters.
+        folder = "\u65e5\u672c \xfc"
         for name in ("here", "there"):
-            shutil.copytree(made, self.folder / name, dirs_exist_ok=True)
-        for source in [*(one for one in sources if " " not in one), "\u65e5\u672c \xfc/chunks.h5"]:
+            shutil.copytree(made, self.folder / name / folder)
+        for source in sorted(path.name for path in made.iterdir()):
             with self.subTest(source):
-                done = self.both("encode", source, "-q", "-f", "-o", "v.tag")
+                done = self.both("encode", f"{folder}/{source}", "-q", "-f", "-o", "v.tag")
                 self.assertEqual(done.returncode, 0, done.stderr)
                 self.assertEqual(self.both("decode", "v.tag", "-q", "-f", "-o", "v.raw").returncode, 0)
                 is_dicom = source.startswith("dicom")
                 expected = (samples.astype(int) - 1024).astype("<i2") if is_dicom else samples
                 self.assertEqual((self.folder / "there/v.raw").read_bytes(), expected.tobytes())
-                self.both("restore", "v.tag", "-q", "-o", "restored " + source.replace("/", "_"))
+                self.both("restore", "v.tag", "-q", "-o", "restored " + source)
         # What Windows writes, others read.
-        self.assertEqual(self.both("encode", "plain.h5", "-q", "-f", "-o", "v.tag").returncode, 0)
+        self.assertEqual(self.both("encode", f"{folder}/plain.h5", "-q", "-f", "-o", "v.tag").returncode, 0)
         self.assertEqual(self.both("decode", "v.tag", "-q", "-o", "written.h5").returncode, 0)
         with h5py.File(self.folder / "there/written.h5") as file:
             self.assertTrue((file["volume"][()] == samples).all())
+        piped = self.there("decode", "v.tag", "-q", "-o", "-", "--format", "hdf5")
+        self.assertEqual((piped.returncode, piped.stderr), (0, b""))
+        self.assertEqual(piped.stdout, (self.folder / "there/written.h5").read_bytes())
         here, there = self.files("here"), self.files("there")
         self.assertEqual(sorted(here), sorted(there))
         self.assertEqual([name for name in here if here[name] != there[name]], [])
+
+    def test_a_scan_names_no_file_outside_of_its_folder(self):
+        os.environ["TAGRID_SANDBOX"] = "off"
+        self.addCleanup(os.environ.pop, "TAGRID_SANDBOX")
+        image = numpy.zeros((20, 30), "u2")
+        tifffile.imwrite(self.folder / "there/other.tif", image)
+        for name in (r"..\there\other.tif", r"C:\other.tif", r"C:other.tif", r"\\host\share\other.tif", "NUL", "other.tif:x"):
+            plane = '<TiffData IFD="0" FirstZ="{0}" PlaneCount="1"><UUID FileName="{1}">urn:uuid:{0}</UUID></TiffData>'
+            planes = plane.format(0, "ome.ome.tif") + plane.format(1, name)
+            tifffile.imwrite(self.folder / "there/ome.ome.tif", image, metadata=None, description=f"""<?xml version="1.0"?>
+                <OME xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06" UUID="urn:uuid:0"><Image ID="Image:0">
+                <Pixels ID="Pixels:0" DimensionOrder="XYZCT" Type="uint16" SizeX="30" SizeY="20" SizeZ="2" SizeC="1" SizeT="1">
+                {planes}</Pixels></Image></OME>""")
+            with self.subTest(name):
+                done = self.there("encode", "ome.ome.tif", "-q", "-o", "v.tag")
+                self.assertEqual(done.returncode, 65, done.stderr)
+                self.assertIn(b"which is not in its directory", done.stderr)
 
     def test_a_program_that_dies_is_named(self):
         place = self.folder / "place"

@@ -16,6 +16,7 @@
 #include "io/formats/dicom/reader/jpeg_xl.h"
 #include "io/formats/dicom/reader/pixel_element.h"
 #include "io/samples/stored_bits.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 
 namespace tagrid {
@@ -168,7 +169,8 @@ DicomDecoder::DicomDecoder(const DicomFile& file) : file_(file) {
   }
   register_codecs();
   // Fragments stay in the file until they are needed.
-  const OFCondition result = format_.loadFile(file.path.c_str(), EXS_Unknown, EGL_noChange, 4096);
+  const OFCondition result =
+      format_.loadFile(OFFilename(path_of(file.path).c_str()), EXS_Unknown, EGL_noChange, 4096);
   if (result.bad()) fail(result.text());
   DcmElement* element = nullptr;
   if (format_.getDataset()->findAndGetElement(DCM_PixelData, element).good())

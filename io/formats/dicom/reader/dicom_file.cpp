@@ -252,8 +252,9 @@ bool is_name_of_dicomdir(std::string_view name) {
 std::optional<std::vector<std::string>> files_of_dicomdir(const std::string& path) {
   if (!has_magic(beginning_of(FileSource(path)))) return std::nullopt;
   DcmFileFormat format;
-  const OFCondition result = format.loadFileUntilTag(path.c_str(), EXS_Unknown, EGL_noChange, longest_value,
-                                                     ERM_autoDetect, DCM_PixelData);
+  const OFCondition result =
+      format.loadFileUntilTag(OFFilename(path_of(path).c_str()), EXS_Unknown, EGL_noChange, longest_value,
+                              ERM_autoDetect, DCM_PixelData);
   const auto type = text_of(*format.getMetaInfo(), DCM_MediaStorageSOPClassUID);
   if (!type || *type != UID_MediaStorageDirectoryStorage) return std::nullopt;
   if (result.bad()) throw BrokenInput("{}: DICOM directory: {}", path, result.text());
@@ -275,7 +276,7 @@ std::optional<std::vector<std::string>> files_of_dicomdir(const std::string& pat
     fs::path file = path_of(path).parent_path();
     for (const std::string_view part : values_of(*name)) {
       // A directory is untrusted input: it names files below its directory, and no others.
-      if (part.empty() || part == ".." || part.find('/') != part.npos)
+      if (!is_safe_name(part) || part.find('/') != part.npos)
         throw BrokenInput("{}: DICOM directory: names the file {}, which is not below it", path,
                           tagrid::quoted(std::string_view(*name)));
       file /= part;

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "io/errors/errors.h"
+#include "io/text/paths.h"
 
 namespace tagrid {
 
@@ -54,7 +55,9 @@ HeaderStream::~HeaderStream() = default;
 
 DcmInputStreamFactory* HeaderStream::newFactory() const {
   // As its own streams of files: not if what was read so far is inflated.
-  return currentProducer() == &bytes_ ? new DcmInputFileStreamFactory(path_.c_str(), tell()) : nullptr;
+  return currentProducer() == &bytes_
+             ? new DcmInputFileStreamFactory(OFFilename(path_of(path_).c_str()), tell())
+             : nullptr;
 }
 
 }  // namespace tagrid

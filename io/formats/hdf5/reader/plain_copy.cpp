@@ -181,7 +181,11 @@ class Copy {
     const std::uint64_t taken = copy_.stored();
     if (taken + wanted > most_around_samples)
       throw NoPlainForm{
-          fmt::format("it has more than {} MiB besides these samples", most_around_samples >> 20)};
+          has_holes_
+              ? fmt::format("it has more than {} MiB besides these samples", most_around_samples >> 20)
+              : fmt::format("the folder for temporary files has no files with holes, so a copy of more "
+                            "than {} MiB cannot be made",
+                            most_around_samples >> 20)};
     return most_around_samples - taken;
   }
 
@@ -204,7 +208,7 @@ class Copy {
     Hdf5Handle file =
         made(H5Fcreate(copy_.file().path().c_str(), H5F_ACC_TRUNC, properties.get(), access.get()), H5Fclose,
              "the file");
-    copy_.file().leave_holes();
+    has_holes_ = copy_.file().leave_holes();
     return file;
   }
 
@@ -389,6 +393,7 @@ class Copy {
   haddr_t target_address_;
   FileSource old_file_;
   CopiedFile copy_;
+  bool has_holes_ = true;
   hsize_t user_block_ = 0;
   Hdf5Handle new_;
   std::map<haddr_t, std::string> copies_;  ///< where objects of the old file are in the new one

@@ -387,7 +387,7 @@ void add_image(const OmeImage& image, std::size_t number, bool is_one_of_several
 }  // namespace
 
 std::string beside(const std::string& path, const std::string& name) {
-  if (name == "." || name == ".." || name.find('/') != name.npos || name.find('\0') != name.npos)
+  if (!is_safe_name(name) || name.find('/') != name.npos)
     throw BrokenInput("{}: TIFF file: OME-XML names the file {}, which is not in its directory", path,
                       quoted_name(name));
   return text_of(path_of(path).parent_path() / path_of(name));
