@@ -77,7 +77,8 @@ int main(int argc, char** argv) {
     status = TAGRID_IO_ERROR;
   }
   if (status != TAGRID_OK) {
-    remove(argv[1]);
+    /* It may be a device, so it is not removed here. */
+    fprintf(stderr, "%s is incomplete\n", argv[1]);
     return 1;
   }
   printf("%d%% done: %llu bytes, largest error %g\n", (int)(100 * part), (unsigned long long)info.file_bytes,
