@@ -111,7 +111,7 @@ struct MaterialMeshCommand : GridCommand<MaterialMeshOptions, MaterialMeshResult
     const MaterialMeshResult result = write(
         ranks, {"mesh", "meshes", ".vtu", false},
         [&](const MaterialMeshRun& mesh) { return write_material_mesh(ranks, mesh); }, add_materials);
-    if (!run.quiet) tell_removed(result.quality);
+    if (!run.quiet) tell_parts(result.quality);
     if (texts.quality) tell_quality(result);
     const auto& materials = result.quality.materials;
     const auto present = std::count_if(materials.begin(), materials.end(),
@@ -122,14 +122,19 @@ struct MaterialMeshCommand : GridCommand<MaterialMeshOptions, MaterialMeshResult
               result.header);
   }
 
-  void tell_removed(const MeshQuality& quality) const {
-    std::string removed;
-    for (const MeshQuality::OfMaterial& m : quality.materials)
+  void tell_parts(const MeshQuality& quality) const {
+    std::string removed, all;
+    for (const MeshQuality::OfMaterial& m : quality.materials) {
       if (m.removed_parts > 0)
         removed += fmt::format("{}{} of {} ({} tetrahedra)", removed.empty() ? "" : ", ",
                                counted(static_cast<std::uint64_t>(m.removed_parts), "part"), m.name,
                                m.removed_tetrahedra);
+      if (m.parts > 1) all += fmt::format("{}{} parts of {}", all.empty() ? "" : ", ", m.parts, m.name);
+    }
     if (!removed.empty()) say("tagrid: {}: left out {}", path, removed);
+    // Solvers end at parts that nothing holds.
+    if (!all.empty() && options.parts.is_all())
+      say("tagrid: {}: {} do not touch each other; see --parts", path, all);
   }
 };
 
