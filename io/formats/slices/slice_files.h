@@ -11,6 +11,7 @@
 
 #include "io/programs/serve_reader.h"
 #include "io/text/numbered_names.h"
+#include "io/text/paths.h"
 
 namespace tagrid {
 
@@ -91,7 +92,8 @@ template <class Volume>
 std::unique_ptr<ServedVolume> open_slices(const std::string& path, const std::vector<std::string>& extensions,
                                           const ReaderOptions& options) {
   std::error_code unknown;
-  if (!std::filesystem::is_directory(path, unknown)) return std::make_unique<Volume>(std::vector{path});
+  if (!std::filesystem::is_directory(path_of(path), unknown))
+    return std::make_unique<Volume>(std::vector{path});
   NumberedFiles files = slice_files(path, extensions, options);
   const auto names = pair_of(files);
   SliceLog log = log_of_slices(path, files);
