@@ -2,7 +2,7 @@
 # Builds the libraries of the program for another machine, from Debian's source packages:
 #   tools/cross_libraries.sh windows-x64|linux-arm64 FOLDER
 # with the compilers that cmake/toolchains names; their sources in FOLDER/sources, the libraries in FOLDER/{include,lib}.
-# What is there already, made with the same options, is left as it is.
+# What is there already is left as it is, except libraries that were made by CMake with other options.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 machine=$1

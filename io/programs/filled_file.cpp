@@ -22,12 +22,16 @@ namespace tagrid {
 class FilledFile::Waiting {
  public:
   Waiting(const std::string& folder, const std::string& whose)
-      : file_(folder, whose), slot_(FileForLibrary::has_name() ? register_temporary(file_.path()) : -1) {}
-  ~Waiting() { forget_temporary(slot_); }
+      : file_(std::make_unique<FileForLibrary>(folder, whose)),
+        slot_(FileForLibrary::has_name() ? register_temporary(path()) : -1) {}
+  ~Waiting() {
+    file_.reset();
+    forget_temporary(slot_);
+  }
   Waiting(const Waiting&) = delete;
   Waiting& operator=(const Waiting&) = delete;
 
-  const std::string& path() const { return file_.path(); }
+  const std::string& path() const { return file_->path(); }
   void copy_to(OutputFile& output) const {
     const FileSource source(path());
     std::vector<std::byte> bytes(std::size_t{1} << 20);
@@ -41,7 +45,7 @@ class FilledFile::Waiting {
   }
 
  private:
-  FileForLibrary file_;
+  std::unique_ptr<FileForLibrary> file_;
   int slot_;
 };
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
@@ -282,6 +283,7 @@ class SystemProcesses final : public Processes {
         WaitForSingleObject(found->process.get(), static_cast<DWORD>(most.count())) != WAIT_OBJECT_0 ||
         GetExitCodeProcess(found->process.get(), &code) == 0)
       return {};
+    if (are_ended_) Sleep(INFINITE);  // so is this process, at once
     // So Windows says why it ended a program.
     constexpr DWORD least_error = 0xC0000000;
     if (code < least_error) return {ChildEnding::Kind::exit, static_cast<int>(code)};
@@ -299,6 +301,7 @@ class SystemProcesses final : public Processes {
   }
 
   void end_all() {
+    are_ended_ = true;
     const std::lock_guard lock(mutex_);
     for (const auto& [number, running] : running_) TerminateJobObject(running.job.get(), 1);
     constexpr DWORD patience = 2000;  // milliseconds
@@ -324,6 +327,7 @@ class SystemProcesses final : public Processes {
     return found == running_.end() ? nullptr : &found->second;
   }
 
+  std::atomic<bool> are_ended_ = false;
   std::mutex mutex_;
   std::map<int, Running> running_;
 };

@@ -22,8 +22,6 @@ void (*end_handler)(int) = nullptr;
 BOOL WINAPI on_control(DWORD event) {
   const auto handler = std::exchange(end_handler, nullptr);
   if (handler == nullptr) return FALSE;
-  // What they fill can only be removed then.
-  windows::end_programs();
   handler(event == CTRL_C_EVENT || event == CTRL_BREAK_EVENT ? SIGINT : SIGTERM);
   return TRUE;
 }
@@ -51,7 +49,14 @@ void catch_end_signals(void (*handler)(int)) {
 }
 
 void in_handler::rename(const char* from, const char* to) noexcept { files_of_system().rename(from, to); }
-void in_handler::unlink(const char* path) noexcept { files_of_system().unlink(path); }
+void in_handler::unlink(const char* path) noexcept {
+  FileStatus status;
+  files_of_system().unlink(path);
+  if (!files_of_system().status(path, false, status)) return;
+  // A program that fills it has it open.
+  windows::end_programs();
+  files_of_system().unlink(path);
+}
 void in_handler::remove_folder(const char* path) noexcept { files_of_system().remove_folder(path); }
 void in_handler::remove_with_files(const char* folder) noexcept { tagrid::remove_with_files(folder); }
 

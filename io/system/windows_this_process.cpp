@@ -150,7 +150,8 @@ void remove_forgotten(const std::string& folder) {
   };
   constexpr std::uint64_t hour = std::uint64_t{36'000'000'000};
   do {
-    if (ticks(found.ftLastWriteTime) + hour < ticks(now))
+    const std::wstring_view name = found.cFileName;
+    if (name.size() == name_for_libraries.size() + 32 && ticks(found.ftLastWriteTime) + hour < ticks(now))
       DeleteFileW(windows::native(fmt::format("{}/{}", folder, windows::utf8(found.cFileName))).c_str());
   } while (FindNextFileW(search, &found) != 0);
   FindClose(search);
@@ -160,15 +161,15 @@ void remove_forgotten(const std::string& folder) {
 
 FileForLibrary::FileForLibrary() : FileForLibrary(folder_for_temporaries(), "a copy for a library") {}
 
-// It has a name. It is not open here: libraries do not open what somebody may delete.
+// It has a name. It is not open here: libraries do not open what somebody may delete. Nor is it hidden: a hidden file
+// cannot be opened anew.
 FileForLibrary::FileForLibrary(const std::string& folder, const std::string& whose) {
   remove_forgotten(folder);
   const std::string digits = windows::random_digits();
   path_ = fmt::format("{}/{}{}", folder, name_for_libraries, digits);
-  const HANDLE file = digits.empty()
-                          ? INVALID_HANDLE_VALUE
-                          : CreateFileW(windows::native(path_).c_str(), GENERIC_WRITE, 0, nullptr, CREATE_NEW,
-                                        FILE_ATTRIBUTE_TEMPORARY | FILE_ATTRIBUTE_HIDDEN, nullptr);
+  const HANDLE file = digits.empty() ? INVALID_HANDLE_VALUE
+                                     : CreateFileW(windows::native(path_).c_str(), GENERIC_WRITE, 0, nullptr,
+                                                   CREATE_NEW, FILE_ATTRIBUTE_TEMPORARY, nullptr);
   if (file == INVALID_HANDLE_VALUE) {
     if (!digits.empty()) windows::fail();
     throw world_error("cannot create a temporary file in " + folder, whose, errno);

@@ -91,6 +91,7 @@ class Installer(unittest.TestCase):
         self.assertEqual(self.value(TYPE), "tagrid.volume")
         self.assertEqual(self.value(CLASS + r"\shell\open\command"), r'"C:\Program Files\tagrid\bin\tagrid.exe" view "%1"')
         self.assertEqual(self.value(UNINSTALL, "DisplayVersion"), "1.0")
+        self.assertEqual(self.value(r"HKLM\Software\tagrid", "Folder"), r"C:\Program Files\tagrid")
 
     def test_an_update_goes_where_the_last_version_is_and_leaves_nothing_of_it(self):
         place = self.drive / "mine"  # /D takes no quotes

@@ -133,7 +133,9 @@ struct MaterialMeshCommand : GridCommand<MaterialMeshOptions, MaterialMeshResult
     }
     if (!removed.empty()) say("tagrid: {}: left out {}", path, removed);
     // Solvers end at parts that nothing holds.
-    if (!all.empty() && options.parts.is_all())
+    const bool is_one =
+        std::ranges::count_if(quality.materials, [](const auto& m) { return m.tetrahedra > 0; }) == 1;
+    if (!all.empty() && is_one && options.parts.is_all())
       say("tagrid: {}: {} do not touch each other; see --parts", path, all);
   }
 };

@@ -181,11 +181,10 @@ class Copy {
     const std::uint64_t taken = copy_.stored();
     if (taken + wanted > most_around_samples)
       throw NoPlainForm{
-          has_holes_
-              ? fmt::format("it has more than {} MiB besides these samples", most_around_samples >> 20)
-              : fmt::format("the folder for temporary files has no files with holes, so a copy of more "
-                            "than {} MiB cannot be made",
-                            most_around_samples >> 20)};
+          has_holes_ ? fmt::format("it has more than {} MiB besides these samples", most_around_samples >> 20)
+                     : fmt::format("it has more than {} MiB besides these samples, or the folder for "
+                                   "temporary files has no files with holes",
+                                   most_around_samples >> 20)};
     return most_around_samples - taken;
   }
 
