@@ -1,5 +1,5 @@
-"""The installer for Windows, run under Wine with files in place of the program: what it installs, registers and refuses, and
-what an update and the removal leave of others' files and types.
+"""The installer for Windows, run under Wine with files in place of the program: what it installs, registers and refuses,
+and what an update and the removal leave of others' files and types.
 
     installer_test.py
         With TAGRID_LONG=1, as Wine needs a minute.
@@ -49,8 +49,8 @@ class Installer(unittest.TestCase):
 
     @classmethod
     def run_windows(cls, *command):
-        return subprocess.run([WINE, *map(str, command)], env=cls.environment(), capture_output=True, text=True, check=False,
-                              timeout=300, stdin=subprocess.DEVNULL)
+        return subprocess.run([WINE, *map(str, command)], env=cls.environment(), capture_output=True, text=True,
+                              check=False, timeout=300, stdin=subprocess.DEVNULL)
 
     @classmethod
     def made(cls, version, files):
@@ -59,8 +59,8 @@ class Installer(unittest.TestCase):
         for name, content in {"LICENSE.txt": "license", **files}.items():
             (staged / name).parent.mkdir(parents=True, exist_ok=True)
             (staged / name).write_text(content)
-        subprocess.run([ROOT / "tools/windows_installer.sh", version, staged, cls.folder / f"{version}.exe"], check=True,
-                       stdout=subprocess.DEVNULL)
+        subprocess.run([ROOT / "tools/windows_installer.sh", version, staged, cls.folder / f"{version}.exe"],
+                       check=True, stdout=subprocess.DEVNULL)
         return cls.folder / f"{version}.exe"
 
     def install(self, setup, *options):
@@ -87,9 +87,11 @@ class Installer(unittest.TestCase):
 
     def test_files_and_their_type_are_installed(self):
         self.assertEqual(self.install(self.first), 0)
-        self.assertEqual(self.files(), {"LICENSE.txt": "license", "bin/tagrid.exe": "first", "share/doc/old page.html": "old"})
+        self.assertEqual(self.files(), {"LICENSE.txt": "license", "bin/tagrid.exe": "first",
+                                        "share/doc/old page.html": "old"})
         self.assertEqual(self.value(TYPE), "tagrid.volume")
-        self.assertEqual(self.value(CLASS + r"\shell\open\command"), r'"C:\Program Files\tagrid\bin\tagrid.exe" view "%1"')
+        self.assertEqual(self.value(CLASS + r"\shell\open\command"),
+                         r'"C:\Program Files\tagrid\bin\tagrid.exe" view "%1"')
         self.assertEqual(self.value(UNINSTALL, "DisplayVersion"), "1.0")
         self.assertEqual(self.value(r"HKLM\Software\tagrid", "Folder"), r"C:\Program Files\tagrid")
 

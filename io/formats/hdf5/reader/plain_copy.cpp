@@ -181,10 +181,8 @@ class Copy {
     const std::uint64_t taken = copy_.stored();
     if (taken + wanted > most_around_samples)
       throw NoPlainForm{
-          has_holes_ ? fmt::format("it has more than {} MiB besides these samples", most_around_samples >> 20)
-                     : fmt::format("it has more than {} MiB besides these samples, or the folder for "
-                                   "temporary files has no files with holes",
-                                   most_around_samples >> 20)};
+          fmt::format("it has more than {} MiB besides these samples{}", most_around_samples >> 20,
+                      has_holes_ ? "" : ", or the folder for temporary files has no files with holes")};
     return most_around_samples - taken;
   }
 
