@@ -30,7 +30,6 @@ class SpoolFile {
   void clear();
   /// Gives the file away: returns its descriptor, which the caller must close.
   int release();
-  const std::string& folder() const { return folder_; }
   /// Bytes written so far, including gaps.
   std::uint64_t size() const { return size_; }
   /// Calls use(std::span<std::byte>) for all bytes, in order, part by part; `use` may change the bytes that
