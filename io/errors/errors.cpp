@@ -38,6 +38,8 @@ std::string_view advice(int error_number) {
       return "; it is a socket, or a device that does not exist; give a file or a pipe";
     case EFBIG:
       return "; raise the limit on the size of files (ulimit -f), or choose another file system";
+    case EBUSY:
+      return "; another program uses it; close it there";
     case ENAMETOOLONG:
       return "; choose a shorter name";
     default:

@@ -94,6 +94,23 @@ OVERLAPPED place(std::uint64_t position) {
 // Locks of Windows keep others from reading and writing; nobody reads or writes here.
 OVERLAPPED place_of_lock() { return place(std::uint64_t{1} << 62); }
 
+/// Makes a call that changes a name. A scanner of viruses, or a search, may hold a file that is new; it lets it go soon.
+template <class Call>
+bool once_let_go(const Call& call) {
+  constexpr int most_tries = 40;
+  constexpr DWORD pause_ms = 50;
+  for (int tries = 1; call() == 0; ++tries) {
+    const DWORD error = GetLastError();
+    if (error != ERROR_SHARING_VIOLATION || tries == most_tries) return fail(error);
+    Sleep(pause_ms);
+  }
+  return true;
+}
+
+bool move_file(const std::wstring& from, const std::wstring& to, DWORD flags) {
+  return once_let_go([&] { return MoveFileExW(from.c_str(), to.c_str(), flags | MOVEFILE_WRITE_THROUGH); });
+}
+
 class SystemFiles final : public FileSystem {
  public:
   int open(const std::string& path, const Opening& how) override {
@@ -290,16 +307,14 @@ class SystemFiles final : public FileSystem {
     const std::wstring source = native(from), target = native(to);
     if (source.empty() || target.empty()) return false;
     if (rename_as_posix(source, target)) return true;
-    if (MoveFileExW(source.c_str(), target.c_str(), MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH) != 0)
-      return true;
-    const DWORD error = GetLastError();
-    const bool may_be_open = error == ERROR_ACCESS_DENIED &&
+    if (move_file(source, target, MOVEFILE_REPLACE_EXISTING)) return true;
+    const bool may_be_open = errno == EACCES &&
                              GetFileAttributesW(target.c_str()) != INVALID_FILE_ATTRIBUTES &&
                              !is_folder_at(target);
-    return may_be_open ? rename_over_open(source, target) : fail(error);
+    return may_be_open && rename_over_open(source, target);
   }
   bool rename_to_new(const std::string& from, const std::string& to) override {
-    return MoveFileExW(native(from).c_str(), native(to).c_str(), MOVEFILE_WRITE_THROUGH) != 0 || fail();
+    return move_file(native(from), native(to), 0);
   }
   bool exchange(const std::string&, const std::string&) override { return refuse(ENOSYS); }
   bool link(const std::string& from, const std::string& to) override {
@@ -316,7 +331,7 @@ class SystemFiles final : public FileSystem {
     }
     // POSIX also removes read-only files.
     if ((attributes & FILE_ATTRIBUTE_READONLY) != 0) SetFileAttributesW(name.c_str(), FILE_ATTRIBUTE_NORMAL);
-    return DeleteFileW(name.c_str()) != 0 || fail();
+    return once_let_go([&] { return DeleteFileW(name.c_str()); });
   }
   bool make_folder(const std::string& path, unsigned) override {
     return CreateDirectoryW(native(path).c_str(), nullptr) != 0 || fail();
@@ -395,14 +410,11 @@ class SystemFiles final : public FileSystem {
     if (digits.empty()) return false;
     std::wstring aside = to.substr(0, to.find_last_of(L'\\') + 1) + L".tagrid.replaced";
     aside.append(digits.begin(), digits.end());
-    if (MoveFileExW(to.c_str(), aside.c_str(), MOVEFILE_WRITE_THROUGH) == 0) return fail();
-    if (MoveFileExW(from.c_str(), to.c_str(), MOVEFILE_WRITE_THROUGH) == 0) {
-      const DWORD error = GetLastError();
-      // Whatever holds the name, such as a scanner of viruses, lets it go soon.
-      for (int tries = 0; MoveFileExW(aside.c_str(), to.c_str(), MOVEFILE_WRITE_THROUGH) == 0 && tries < 50;
-           ++tries)
-        Sleep(100);
-      return fail(error);
+    if (!move_file(to, aside, 0)) return false;
+    if (!move_file(from, to, 0)) {
+      const int error = errno;
+      move_file(aside, to, 0);
+      return refuse(error);
     }
     SetFileAttributesW(aside.c_str(), FILE_ATTRIBUTE_NORMAL);
     DeleteFileW(aside.c_str());

@@ -72,6 +72,12 @@ class OtherFormats(ReaderTest):
         for word in ("is a PNG image", "is a NumPy archive", "is a surface of Amira"):
             self.assertIn(word, found)
 
+    def test_a_search_survives_every_beginning_of_them(self):
+        for name, (content, _) in KNOWN.items():
+            for length in range(min(len(content), 64)):
+                (self.folder / f"{length}{name}").write_bytes(content[:length])
+        self.ok("convert", "--find", ".")
+
     def test_directories_of_them_are_named(self):
         for folder, names, word in (("png", ("s1.png", "s2.png"), "PNG"), ("jpg", ("s1.jpg",), "JPEG image")):
             (self.folder / folder).mkdir()

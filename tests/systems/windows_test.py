@@ -70,6 +70,22 @@ def tiff(width, height, samples):
             b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in entries) + bytes(4))
 
 
+# Opens a file as old programs do: nobody else may rename, replace or remove it for so many milliseconds.
+HOLDS = r"""
+#include <windows.h>
+#include <stdio.h>
+#include <stdlib.h>
+int main(int count, char** arguments) {
+  HANDLE file = CreateFileA(arguments[1], GENERIC_READ, FILE_SHARE_READ, 0, OPEN_EXISTING, 0, 0);
+  if (count != 3 || file == INVALID_HANDLE_VALUE) return 1;
+  puts("open");
+  fflush(stdout);
+  Sleep(atoi(arguments[2]));
+  return 0;
+}
+"""
+
+
 class Ranges(http.server.BaseHTTPRequestHandler):
     """Answers with parts of the server's `content`."""
     protocol_version = "HTTP/1.1"
@@ -196,9 +212,87 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
         self.assertEqual(done.returncode, 64)
         self.assertIn(b"exists", done.stderr)
         self.assertEqual(self.files("there"), before)
-        # A reader that has the old file open keeps it, or the new one is refused: never half of both.
         self.assertEqual(self.there("phantom", "--dims", "30,20,20", "-q", "-f", "-o", "p.nrrd").returncode, 0)
         self.assertEqual(set(self.files("there")), set(before))
+
+    @contextlib.contextmanager
+    def held(self, name, milliseconds):
+        """A file that another program has open, and shares with nobody who would change its name."""
+        program, source = self.folder / "holds.exe", self.folder / "holds.c"
+        if not program.exists():
+            source.write_text(HOLDS)
+            subprocess.run(["x86_64-w64-mingw32-gcc-posix", "-o", program, source], check=True)
+        with subprocess.Popen([WINE, program, name, str(milliseconds)], cwd=self.folder / "there",
+                              stdout=subprocess.PIPE) as process:
+            try:
+                self.assertEqual(process.stdout.readline().strip(), b"open")
+                yield
+            finally:
+                process.kill()
+
+    def test_a_file_that_another_program_holds_stays_or_is_waited_for(self):
+        self.there("phantom", "--dims", "20,20,20", "-q", "-o", "p.nrrd")
+        self.there("encode", "p.nrrd", "-q", "-o", "p.tag")
+        before = self.files("there")
+        for name, arguments in (("p.nrrd", ("phantom", "--dims", "30,20,20", "-f", "-o", "p.nrrd")),
+                                ("p.tag", ("protect", "p.tag", "--parity", "5%"))):
+            with self.subTest(name):
+                with self.held(name, 60000):
+                    done = self.there(*arguments)
+                    self.assertEqual(done.returncode, 74, done.stderr)
+                    self.assertIn(b"another program uses it; close it there", done.stderr)
+                    self.assertEqual(self.files("there"), before)
+                with self.held(name, 500):
+                    done = self.there(*arguments, "-q")
+                    self.assertEqual(done.returncode, 0, done.stderr)
+                after = self.files("there")
+                self.assertEqual(set(after), set(before))
+                self.assertNotEqual(after, before)
+                before = after
+
+    def test_a_full_disk_is_said_and_leaves_nothing(self):
+        disk = self.folder / "there/disk"
+        disk.mkdir()
+        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", disk], capture_output=True, check=False)
+        if mounted.returncode != 0:
+            self.skipTest(f"no disk of one megabyte: {mounted.stderr.decode()}")
+        self.addCleanup(subprocess.run, ["umount", "-l", disk], check=True)
+        self.there("phantom", "--dims", "200,200,200", "-q", "-o", "p.nrrd")
+        self.there("encode", "p.nrrd", "--max-error", "8", "-q", "-o", "p.tag")
+        os.environ["TAGRID_SANDBOX"] = "off"
+        self.addCleanup(os.environ.pop, "TAGRID_SANDBOX")
+        (disk / "old.tag").write_bytes(b"old")
+        for arguments in (("encode", "p.nrrd", "-o", "disk/new.tag"), ("encode", "p.nrrd", "-f", "-o", "disk/old.tag"),
+                          ("encode", "p.nrrd", "--resume", "-o", "disk/new.tag"), ("decode", "p.tag", "-o", "disk/new.nrrd"),
+                          ("decode", "p.tag", "-o", "disk/new.h5"), ("mesh", "p.tag", "-o", "disk/new.vtu")):
+            with self.subTest(arguments):
+                done = self.there(*arguments, "-q")
+                self.assertEqual(done.returncode, 74, done.stderr)
+                self.assertIn(b"No space left on device", done.stderr)
+                self.assertIn(b"disk", done.stderr)
+                kept = {"old.tag", ".new.tag.parts"} if "--resume" in arguments else {"old.tag"}
+                self.assertLessEqual({path.name for path in disk.iterdir()}, kept)
+                shutil.rmtree(disk / ".new.tag.parts", ignore_errors=True)
+                self.assertEqual((disk / "old.tag").read_bytes(), b"old")
+
+    def test_a_run_that_is_interrupted_leaves_nothing(self):
+        self.there("phantom", "--dims", "300,300,200", "-q", "-o", "p.nrrd")
+        self.there("encode", "p.nrrd", "--max-error", "2", "-q", "-o", "p.tag")
+        os.environ["TAGRID_SANDBOX"] = "off"
+        self.addCleanup(os.environ.pop, "TAGRID_SANDBOX")
+        before = self.files("there")
+        for arguments in (("encode", "p.nrrd", "-o", "new.tag"), ("encode", "p.nrrd", "-f", "-o", "p.tag"),
+                          ("decode", "p.tag", "-o", "new.mha"), ("decode", "p.tag", "-o", "new.h5"),
+                          ("decode", "p.tag", "-f", "-o", "p.nrrd")):
+            with self.subTest(arguments):
+                with subprocess.Popen([WINE, self.exe, *arguments, "-q", "-T", "1"], cwd=self.folder / "there",
+                                      stderr=subprocess.PIPE) as process:
+                    while process.poll() is None and len(list((self.folder / "there").iterdir())) == len(before):
+                        time.sleep(0.01)
+                    process.send_signal(signal.SIGINT)
+                    message = process.communicate(timeout=60)[1]
+                self.assertNotEqual(process.returncode, 0, message)
+                self.assertEqual(self.files("there"), before)
 
     def test_two_passes_at_once_make_one_archive(self):
         for i in range(3):

@@ -210,8 +210,7 @@ std::vector<OtherFormat> rows_of_images_and_archives() {
       {.name = "WebP",
        .what = "is a WebP image",
        .advice = images,
-       .is_mine =
-           [](std::string_view b) { return b.starts_with("RIFF") && b.substr(8).starts_with("WEBP"); }},
+       .is_mine = [](std::string_view b) { return b.starts_with("RIFF") && b.find("WEBP") == 8; }},
       {.name = "OpenEXR", .what = "is an OpenEXR image", .advice = images, .magic = {{"\x76\x2f\x31\x01"}}},
       {.name = "PGM",
        .what = "is a PGM or PPM image",
