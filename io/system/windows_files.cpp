@@ -99,7 +99,7 @@ template <class Call>
 bool once_let_go(const Call& call) {
   constexpr int most_tries = 40;
   constexpr DWORD pause_ms = 50;
-  for (int tries = 1; call() == 0; ++tries) {
+  for (int tries = 1; !call(); ++tries) {
     const DWORD error = GetLastError();
     if (error != ERROR_SHARING_VIOLATION || tries == most_tries) return fail(error);
     Sleep(pause_ms);
@@ -306,6 +306,11 @@ class SystemFiles final : public FileSystem {
   bool rename(const std::string& from, const std::string& to) override {
     const std::wstring source = native(from), target = native(to);
     if (source.empty() || target.empty()) return false;
+    // Windows would remove one of two names of a file.
+    FileStatus of_source, of_target;
+    if (status(from, false, of_source) && of_source.links > 1 && status(to, false, of_target) &&
+        of_source.is_same_file(of_target))
+      return true;
     if (rename_as_posix(source, target)) return true;
     if (move_file(source, target, MOVEFILE_REPLACE_EXISTING)) return true;
     const bool may_be_open = errno == EACCES &&
@@ -318,7 +323,17 @@ class SystemFiles final : public FileSystem {
   }
   bool exchange(const std::string&, const std::string&) override { return refuse(ENOSYS); }
   bool link(const std::string& from, const std::string& to) override {
-    return CreateHardLinkW(native(to).c_str(), native(from).c_str(), nullptr) != 0 || fail();
+    // A file that another program holds would keep its second name, too.
+    const std::wstring name = native(from);
+    HANDLE held = INVALID_HANDLE_VALUE;
+    const bool is_free = once_let_go([&] {
+      held = CreateFileW(name.c_str(), DELETE, shared_by_all, nullptr, OPEN_EXISTING,
+                         FILE_FLAG_OPEN_REPARSE_POINT, nullptr);
+      return held != INVALID_HANDLE_VALUE;
+    });
+    if (!is_free) return false;
+    CloseHandle(held);
+    return CreateHardLinkW(native(to).c_str(), name.c_str(), nullptr) != 0 || fail();
   }
   bool unlink(const std::string& path) override {
     const std::wstring name = native(path);

@@ -172,17 +172,19 @@ std::wstring block_of(const std::vector<std::string>& variables) {
   return block + L'\0';
 }
 
-/// What a program that is started inherits: these handles and no others.
+/// What a program is started with: it inherits these handles and no others, and is in this job from its beginning.
 class Inheritance {
  public:
-  explicit Inheritance(std::array<HANDLE, 3> handles) : handles_(handles) {
+  Inheritance(std::array<HANDLE, 3> handles, HANDLE job) : handles_(handles), job_(job) {
     SIZE_T size = 0;
-    InitializeProcThreadAttributeList(nullptr, 1, 0, &size);
+    InitializeProcThreadAttributeList(nullptr, 2, 0, &size);
     bytes_.resize(size);
-    is_made_ = InitializeProcThreadAttributeList(list(), 1, 0, &size) != 0;
-    is_right_ =
-        is_made_ && UpdateProcThreadAttribute(list(), 0, PROC_THREAD_ATTRIBUTE_HANDLE_LIST, handles_.data(),
-                                              sizeof handles_, nullptr, nullptr) != 0;
+    is_made_ = InitializeProcThreadAttributeList(list(), 2, 0, &size) != 0;
+    const auto set = [this](DWORD_PTR attribute, void* value, SIZE_T size_of_value) {
+      return UpdateProcThreadAttribute(list(), 0, attribute, value, size_of_value, nullptr, nullptr) != 0;
+    };
+    is_right_ = is_made_ && set(PROC_THREAD_ATTRIBUTE_HANDLE_LIST, handles_.data(), sizeof handles_) &&
+                set(PROC_THREAD_ATTRIBUTE_JOB_LIST, &job_, sizeof job_);
     if (!is_right_) windows::fail();
   }
   ~Inheritance() {
@@ -199,6 +201,7 @@ class Inheritance {
 
  private:
   std::array<HANDLE, 3> handles_;
+  HANDLE job_;
   std::vector<std::byte> bytes_;
   bool is_made_ = false, is_right_ = false;
 };
@@ -224,7 +227,8 @@ class SystemProcesses final : public Processes {
     Running running;
     running.job.reset(CreateJobObjectW(nullptr, nullptr));
     if (!running.job || !set_limits(running.job.get(), memory)) return {Failure::process, errno};
-    Inheritance inheritance({input.childs.get(), output.childs.get(), errors.childs.get()});
+    Inheritance inheritance({input.childs.get(), output.childs.get(), errors.childs.get()},
+                            running.job.get());
     if (!inheritance.is_right()) return {Failure::process, errno};
     STARTUPINFOEXW how = {};
     how.StartupInfo.cb = sizeof how;
@@ -235,27 +239,20 @@ class SystemProcesses final : public Processes {
     how.lpAttributeList = inheritance.list();
     std::wstring line = L'"' + path_of(program).native() + L'"', block = block_of(environment);
     PROCESS_INFORMATION started = {};
-    // It is stopped until it is in its job.
-    constexpr DWORD flags = CREATE_SUSPENDED | CREATE_NO_WINDOW | CREATE_NEW_PROCESS_GROUP |
-                            CREATE_UNICODE_ENVIRONMENT | EXTENDED_STARTUPINFO_PRESENT;
+    constexpr DWORD flags = CREATE_NO_WINDOW | CREATE_NEW_PROCESS_GROUP | CREATE_UNICODE_ENVIRONMENT |
+                            EXTENDED_STARTUPINFO_PRESENT;
+    // end_all() ends it, or it is not started.
+    const std::lock_guard lock(mutex_);
+    if (are_ended_) Sleep(INFINITE);
     if (CreateProcessW(windows::native(program).c_str(), line.data(), nullptr, nullptr, TRUE, flags,
                        block.data(), nullptr, &how.StartupInfo, &started) == 0) {
       windows::fail();
       return {Failure::program, errno};
     }
-    const windows::Handle thread(started.hThread);
+    CloseHandle(started.hThread);
     running.process.reset(started.hProcess);
-    if (AssignProcessToJobObject(running.job.get(), running.process.get()) == 0) {
-      windows::fail();
-      TerminateProcess(running.process.get(), 1);
-      return {Failure::process, errno};
-    }
-    ResumeThread(thread.get());
     const int number = static_cast<int>(started.dwProcessId);
-    {
-      const std::lock_guard lock(mutex_);
-      running_[number] = std::move(running);
-    }
+    running_[number] = std::move(running);
     return {Failure::none,
             0,
             {number, windows::add({.stream = std::make_unique<InputOfChild>(std::move(input.ours))}),
@@ -301,8 +298,8 @@ class SystemProcesses final : public Processes {
   }
 
   void end_all() {
-    are_ended_ = true;
     const std::lock_guard lock(mutex_);
+    are_ended_ = true;
     for (const auto& [number, running] : running_) TerminateJobObject(running.job.get(), 1);
     constexpr DWORD patience = 2000;  // milliseconds
     for (const auto& [number, running] : running_) WaitForSingleObject(running.process.get(), patience);

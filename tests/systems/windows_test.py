@@ -268,7 +268,9 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
             with self.subTest(arguments):
                 done = self.there(*arguments, "-q")
                 self.assertEqual(done.returncode, 74, done.stderr)
-                self.assertIn(b"No space left on device", done.stderr)
+                # The C library of Wine 8 gives HDF5 another number of error.
+                reason = b"cannot write" if arguments[-1].endswith(".h5") else b"No space left on device"
+                self.assertIn(reason, done.stderr)
                 self.assertIn(b"disk", done.stderr)
                 kept = {"old.tag", ".new.tag.parts"} if "--resume" in arguments else {"old.tag"}
                 self.assertLessEqual({path.name for path in disk.iterdir()}, kept)
@@ -292,6 +294,11 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
                     process.send_signal(signal.SIGINT)
                     message = process.communicate(timeout=60)[1]
                 self.assertNotEqual(process.returncode, 0, message)
+                # Wine removes files that are open after the process has ended.
+                for _ in range(100):
+                    if set(self.files("there")) == set(before):
+                        break
+                    time.sleep(0.05)
                 self.assertEqual(self.files("there"), before)
 
     def test_two_passes_at_once_make_one_archive(self):
