@@ -1,10 +1,10 @@
 # What a build contains and needs, as an SPDX 2.3 document: tagrid.spdx.json, installed beside the documents. Versions are
-# those of the files that were found.
+# those of the files that were found, or of the source packages of a build for another machine.
 
-# Sets of_DEBIAN, of_NAME, of_LICENSE, of_FILE, of_MODULE and of_RELATION.
+# Sets of_DEBIAN, of_NAME, of_LICENSE, of_FILE, of_MODULE, of_RELATION and of_SOURCE.
 macro(tagrid_fields line)
   string(REPLACE "|" ";" fields "${line}")
-  set(fields_of_a_line DEBIAN NAME LICENSE FILE MODULE RELATION)
+  set(fields_of_a_line DEBIAN NAME LICENSE FILE MODULE RELATION SOURCE)
   foreach(field value IN ZIP_LISTS fields_of_a_line fields)
     set(of_${field} "${value}")
   endforeach()
@@ -13,7 +13,7 @@ endmacro()
 
 function(tagrid_write_sbom)
   # A dependency of docs/dev/design.md a line: Debian's packages, name, license, a file that says where it was found, its module of
-  # pkg-config, and its relationship with tagrid.
+  # pkg-config, its relationship with tagrid, and the folder of its sources where it is built for another machine.
   set(png DYNAMIC_LINK)
   if(TAGRID_STATIC_PNG)
     set(png STATIC_LINK)
@@ -27,37 +27,41 @@ function(tagrid_write_sbom)
     set(sodium STATIC_LINK)
   endif()
   set(dependencies
-    "libtbb-dev|oneTBB|Apache-2.0|tbb/tbb.h|tbb|DYNAMIC_LINK"
-    "libzstd-dev|Zstandard|BSD-3-Clause OR GPL-2.0-only|zstd.h|libzstd|DYNAMIC_LINK"
-    "libxxhash-dev|xxHash|BSD-2-Clause|xxhash.h|libxxhash|DYNAMIC_LINK"
-    "libisal-dev|ISA-L|BSD-3-Clause|isa-l.h|libisal|DYNAMIC_LINK"
-    "libcurl4-openssl-dev, libcurl4-gnutls-dev|curl|curl|curl/curl.h|libcurl|OPTIONAL_DEPENDENCY_OF"
+    "libtbb-dev|oneTBB|Apache-2.0|tbb/tbb.h|tbb|DYNAMIC_LINK|onetbb"
+    "libzstd-dev|Zstandard|BSD-3-Clause OR GPL-2.0-only|zstd.h|libzstd|DYNAMIC_LINK|zstd"
+    "libxxhash-dev|xxHash|BSD-2-Clause|xxhash.h|libxxhash|DYNAMIC_LINK|xxhash"
+    "libisal-dev|ISA-L|BSD-3-Clause|isa-l.h|libisal|DYNAMIC_LINK|libisal"
+    "libcurl4-openssl-dev, libcurl4-gnutls-dev|curl|curl|curl/curl.h|libcurl|OPTIONAL_DEPENDENCY_OF|curl"
     "libhwy-dev|Highway|Apache-2.0|hwy/highway.h|libhwy|STATIC_LINK"
-    "libsqlite3-dev|SQLite|blessing|sqlite3.h|sqlite3|${sqlite}"
-    "libsodium-dev|libsodium|ISC|sodium.h|libsodium|${sodium}"
+    "libsqlite3-dev|SQLite|blessing|sqlite3.h|sqlite3|${sqlite}|sqlite3"
+    "libsodium-dev|libsodium|ISC|sodium.h|libsodium|${sodium}|libsodium"
     "libcli11-dev|CLI11|BSD-3-Clause|CLI/CLI.hpp|CLI11|STATIC_LINK"
     "libfmt-dev|fmt|MIT|fmt/format.h|fmt|DYNAMIC_LINK"
     "nlohmann-json3-dev|JSON for Modern C++|MIT|nlohmann/json.hpp|nlohmann_json|STATIC_LINK"
-    "zlib1g-dev|zlib|Zlib|zlib.h|zlib|DYNAMIC_LINK"
-    "libbz2-dev|bzip2|bzip2-1.0.6|bzlib.h|bzip2|DYNAMIC_LINK"
-    "libpng-dev|libpng|libpng-2.0|png.h|libpng|${png}"
-    "libtiff-dev|libtiff|libtiff|tiffio.h|libtiff-4|DYNAMIC_LINK"
-    "libdcmtk-dev|DCMTK|BSD-3-Clause|dcmtk/dcmdata/dctk.h|dcmtk|DYNAMIC_LINK"
-    "libopenjp2-7-dev|OpenJPEG|BSD-2-Clause|openjpeg.h|libopenjp2|DYNAMIC_LINK"
+    "zlib1g-dev|zlib|Zlib|zlib.h|zlib|DYNAMIC_LINK|zlib"
+    "libbz2-dev|bzip2|bzip2-1.0.6|bzlib.h|bzip2|DYNAMIC_LINK|bzip2"
+    "libpng-dev|libpng|libpng-2.0|png.h|libpng|${png}|libpng1.6"
+    "libtiff-dev|libtiff|libtiff|tiffio.h|libtiff-4|DYNAMIC_LINK|tiff"
+    "libdcmtk-dev|DCMTK|BSD-3-Clause|dcmtk/dcmdata/dctk.h|dcmtk|DYNAMIC_LINK|dcmtk"
+    "libopenjp2-7-dev|OpenJPEG|BSD-2-Clause|openjpeg.h|libopenjp2|DYNAMIC_LINK|openjpeg2"
     "libjxl-dev|libjxl|BSD-3-Clause|jxl/decode.h|libjxl|DYNAMIC_LINK"
     "libgsf-1-dev|libgsf|LGPL-2.1-only|gsf/gsf.h|libgsf-1|DYNAMIC_LINK"
     "libglib2.0-dev|GLib|LGPL-2.1-or-later|glib-2.0/glib.h|glib-2.0|DYNAMIC_LINK"
-    "libhdf5-dev|HDF5|BSD-3-Clause|hdf5.h|hdf5|DYNAMIC_LINK"
+    "libhdf5-dev|HDF5|BSD-3-Clause|hdf5.h|hdf5|DYNAMIC_LINK|hdf5"
     "pkgconf|pkgconf|ISC|../bin/pkgconf|-|BUILD_TOOL_OF"
     "libblosc-dev|Blosc|BSD-3-Clause|blosc.h|blosc|DYNAMIC_LINK"
-    "libseccomp-dev|libseccomp|LGPL-2.1-only|seccomp.h|libseccomp|DYNAMIC_LINK"
-    "libpugixml-dev|pugixml|MIT|pugixml.hpp|pugixml|DYNAMIC_LINK"
+    "libseccomp-dev|libseccomp|LGPL-2.1-only|seccomp.h|libseccomp|DYNAMIC_LINK|libseccomp"
+    "libpugixml-dev|pugixml|MIT|pugixml.hpp|pugixml|DYNAMIC_LINK|pugixml"
     "libopenvdb-dev|OpenVDB|MPL-2.0|openvdb/openvdb.h|OpenVDB|DYNAMIC_LINK"
     "libimath-dev|Imath|BSD-3-Clause|Imath/ImathConfig.h|Imath|DYNAMIC_LINK"
     "libboost-dev|Boost|BSL-1.0|boost/any.hpp|-|STATIC_LINK")
+  set(sources ${TAGRID_CROSS_LIBRARIES}/sources)
   if(TAGRID_STATIC)
     # Without the library that it cannot load, and without what it has no readers for.
-    set(left_out curl|jxl|gsf|glib|blosc|openvdb|imath|boost)
+    set(left_out jxl|gsf|glib|blosc|openvdb|imath|boost)
+    if(NOT EXISTS ${sources}/curl)
+      string(APPEND left_out |curl)
+    endif()
     if(NOT TAGRID_STATIC_READERS)
       string(APPEND left_out |tiff|dcmtk|openjp2|hdf5|pugixml)
     endif()
@@ -65,13 +69,13 @@ function(tagrid_write_sbom)
     if(TAGRID_STATIC_READERS)
       # What libtiff and HDF5 use in turn.
       list(APPEND dependencies
-        "libjpeg-dev|libjpeg-turbo|IJG|jpeglib.h|libjpeg|DYNAMIC_LINK"
-        "libwebp-dev|libwebp|BSD-3-Clause|webp/decode.h|libwebp|DYNAMIC_LINK"
-        "libdeflate-dev|libdeflate|MIT|libdeflate.h|libdeflate|DYNAMIC_LINK"
-        "liblzma-dev|XZ Utils|LicenseRef-public-domain|lzma.h|liblzma|DYNAMIC_LINK"
-        "libaec-dev|libaec|BSD-2-Clause|libaec.h|-|DYNAMIC_LINK")
+        "libjpeg-dev|libjpeg-turbo|IJG|jpeglib.h|libjpeg|DYNAMIC_LINK|libjpeg-turbo"
+        "libwebp-dev|libwebp|BSD-3-Clause|webp/decode.h|libwebp|DYNAMIC_LINK|libwebp"
+        "libdeflate-dev|libdeflate|MIT|libdeflate.h|libdeflate|DYNAMIC_LINK|libdeflate"
+        "liblzma-dev|XZ Utils|LicenseRef-public-domain|lzma.h|liblzma|DYNAMIC_LINK|xz-utils"
+        "libaec-dev|libaec|BSD-2-Clause|libaec.h|-|DYNAMIC_LINK|libaec")
     endif()
-    list(TRANSFORM dependencies REPLACE "DYNAMIC_LINK" "STATIC_LINK")
+    list(TRANSFORM dependencies REPLACE "DYNAMIC_LINK|OPTIONAL_DEPENDENCY_OF" "STATIC_LINK")
   endif()
   if(TARGET tagrid_python)
     list(APPEND dependencies
@@ -81,6 +85,17 @@ function(tagrid_write_sbom)
   endif()
   if(TAGRID_MPI)
     list(APPEND dependencies "libopenmpi-dev, openmpi-bin|Open MPI|BSD-3-Clause-Open-MPI|mpi.h|ompi|DYNAMIC_LINK")
+  endif()
+
+  if(TAGRID_CROSS_LIBRARIES)
+    set(built)
+    foreach(line IN LISTS dependencies)
+      tagrid_fields("${line}")
+      if(NOT of_SOURCE OR EXISTS ${sources}/${of_SOURCE})
+        list(APPEND built "${line}")
+      endif()
+    endforeach()
+    set(dependencies "${built}")
   endif()
 
   # Where each is, and which packages of Debian these files belong to: one call of dpkg for all, as each takes long.
@@ -116,17 +131,28 @@ function(tagrid_write_sbom)
     file(REAL_PATH "${file}" real)
     set(version "")
     set(more "")
-    if("\n${owners}" MATCHES "\n([^\n:]+)[^\n]*: (${file}|${real})\n")
+    set(owner "")
+    set(kind "")
+    if(TAGRID_CROSS_LIBRARIES AND of_SOURCE)
+      file(STRINGS ${sources}/${of_SOURCE}/debian/changelog changed LIMIT_COUNT 1)
+      if(changed MATCHES "^([^ ]+) \\(([^)]+)\\)")
+        set(owner ${CMAKE_MATCH_1})
+        set(version ${CMAKE_MATCH_2})
+        set(kind "?arch=source")
+      endif()
+    elseif("\n${owners}" MATCHES "\n([^\n:]+)[^\n]*: (${file}|${real})\n")
       set(owner ${CMAKE_MATCH_1})
       string(REPLACE "." "\\." name "${owner}")
       string(REPLACE "+" "\\+" name "${name}")
       if("\n${versions}" MATCHES "\n${name} ([^\n]+)")
         set(version ${CMAKE_MATCH_1})
       endif()
+    endif()
+    if(owner)
       string(REPLACE "+" "%2B" encoded "${version}")
       string(REPLACE ":" "%3A" encoded "${encoded}")
       string(REPLACE "~" "%7E" encoded "${encoded}")
-      set(more ",\n      \"externalRefs\": [{\"referenceCategory\": \"PACKAGE-MANAGER\", \"referenceType\": \"purl\", \"referenceLocator\": \"pkg:deb/debian/${owner}@${encoded}\"}]")
+      set(more ",\n      \"externalRefs\": [{\"referenceCategory\": \"PACKAGE-MANAGER\", \"referenceType\": \"purl\", \"referenceLocator\": \"pkg:deb/debian/${owner}@${encoded}${kind}\"}]")
     elseif(PKG_CONFIG_EXECUTABLE AND NOT of_MODULE STREQUAL "-")
       execute_process(COMMAND ${PKG_CONFIG_EXECUTABLE} --modversion ${of_MODULE} OUTPUT_VARIABLE version ERROR_QUIET
                       OUTPUT_STRIP_TRAILING_WHITESPACE)

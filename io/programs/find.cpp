@@ -96,7 +96,9 @@ std::string about_missing_program(std::string_view name) {
   if (const auto program = program_path();
       program && is_file(text_of(program->parent_path() / "CMakeCache.txt")))
     advice = fmt::format("run cmake in {} to build all of it", text_of(program->parent_path()));
-  return fmt::format("(looked for in {}); {}", fmt::join(program_folders(), ", "), advice);
+  const std::vector<std::string> folders = program_folders();
+  const std::string places = folders.empty() ? "no directory" : fmt::format("{}", fmt::join(folders, ", "));
+  return fmt::format("(looked for in {}); {}", places, advice);
 }
 
 std::string writer_for(const std::string& path, std::string_view format, std::string_view name) {

@@ -71,7 +71,8 @@ class GeometryOfBoth {
         factor_(factor_of_lengths(ours_, theirs_)) {}
 
   GeometryComparison compare(bool original_has_scale) {
-    found_.neither_says_anything = !says_something(ours_) && !says_something(theirs_);
+    found_.file_places_samples = says_something(ours_);
+    found_.original_places_samples = says_something(theirs_);
     if (factor_) compare_spacing();
     if (const auto signs = factor_ ? signs_of_both() : std::nullopt) {
       if (ours_.has_directions && theirs_.has_directions) compare_directions(*signs);

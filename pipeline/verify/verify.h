@@ -18,8 +18,9 @@
 namespace tagrid {
 
 struct GeometryComparison {
-  std::vector<std::string> compared;     ///< what both say: "spacing", "origin", "rescale_slope"
-  bool neither_says_anything = false;    ///< of the place of samples
+  std::vector<std::string> compared;  ///< what both say: "spacing", "origin", "rescale_slope"
+  bool file_places_samples = false;   ///< says anything of where its samples are
+  bool original_places_samples = false;
   std::vector<std::string> differences;  ///< "the spacing along x is 0.5, but 0.7 in the original"
 };
 

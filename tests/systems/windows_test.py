@@ -1,5 +1,5 @@
-"""tagrid.exe, under Wine, beside the program of this system: the same bytes from the same commands, and what only Windows
-does with names, pipes, locks and files that are open.
+"""tagrid.exe, under Wine, beside the program of this system: the same bytes from the same commands, and what only
+Windows does with names, pipes, locks and files that are open.
 
     windows_test.py PROGRAM FOLDER
         FOLDER: where tools/windows.sh builds. With TAGRID_LONG=1, as that takes minutes.
@@ -11,6 +11,7 @@ import json
 import os
 import pathlib
 import random
+import re
 import shutil
 import signal
 import ssl
@@ -24,7 +25,7 @@ import unittest
 import urllib.error
 import urllib.request
 import zlib
-from urllib.parse import parse_qs, urljoin, urlsplit
+from urllib.parse import parse_qs, quote, urljoin, urlsplit
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tests/support"))
@@ -161,8 +162,9 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
     def test_errors_are_said_as_elsewhere(self):
         (self.folder / "here/broken.tag").write_bytes(b"TAGRID" + bytes(100))
         shutil.copy(self.folder / "here/broken.tag", self.folder / "there")
-        for arguments in (("decode", "none.tag"), ("decode", "broken.tag"), ("encode", "."), ("mesh",), ("--no-option",),
-                          ("info", "broken.tag"), ("decode", "broken.tag", "-o", "no/such/folder/x.raw")):
+        for arguments in (("decode", "none.tag"), ("decode", "broken.tag"), ("encode", "."), ("mesh",),
+                          ("--no-option",), ("info", "broken.tag"),
+                          ("decode", "broken.tag", "-o", "no/such/folder/x.raw")):
             with self.subTest(arguments):
                 done = self.both(*arguments)
                 self.assertEqual(done.stderr, self.here(*arguments).stderr)
@@ -253,7 +255,8 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
     def test_a_full_disk_is_said_and_leaves_nothing(self):
         disk = self.folder / "there/disk"
         disk.mkdir()
-        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", disk], capture_output=True, check=False)
+        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", disk], capture_output=True,
+                                 check=False)
         if mounted.returncode != 0:
             self.skipTest(f"no disk of one megabyte: {mounted.stderr.decode()}")
         self.addCleanup(subprocess.run, ["umount", "-l", disk], check=True)
@@ -263,8 +266,9 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
         self.addCleanup(os.environ.pop, "TAGRID_SANDBOX")
         (disk / "old.tag").write_bytes(b"old")
         for arguments in (("encode", "p.nrrd", "-o", "disk/new.tag"), ("encode", "p.nrrd", "-f", "-o", "disk/old.tag"),
-                          ("encode", "p.nrrd", "--resume", "-o", "disk/new.tag"), ("decode", "p.tag", "-o", "disk/new.nrrd"),
-                          ("decode", "p.tag", "-o", "disk/new.h5"), ("mesh", "p.tag", "-o", "disk/new.vtu")):
+                          ("encode", "p.nrrd", "--resume", "-o", "disk/new.tag"),
+                          ("decode", "p.tag", "-o", "disk/new.nrrd"), ("decode", "p.tag", "-o", "disk/new.h5"),
+                          ("mesh", "p.tag", "-o", "disk/new.vtu")):
             with self.subTest(arguments):
                 done = self.there(*arguments, "-q")
                 self.assertEqual(done.returncode, 74, done.stderr)
@@ -497,13 +501,15 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
         self.addCleanup(os.environ.pop, "TAGRID_SANDBOX")
         image = numpy.zeros((20, 30), "u2")
         tifffile.imwrite(self.folder / "there/other.tif", image)
-        for name in (r"..\there\other.tif", r"C:\other.tif", r"C:other.tif", r"\\host\share\other.tif", "NUL", "other.tif:x"):
+        for name in (r"..\there\other.tif", r"C:\other.tif", r"C:other.tif", r"\\host\share\other.tif", "NUL",
+                     "other.tif:x"):
             plane = '<TiffData IFD="0" FirstZ="{0}" PlaneCount="1"><UUID FileName="{1}">urn:uuid:{0}</UUID></TiffData>'
             planes = plane.format(0, "ome.ome.tif") + plane.format(1, name)
-            tifffile.imwrite(self.folder / "there/ome.ome.tif", image, metadata=None, description=f"""<?xml version="1.0"?>
+            description = f"""<?xml version="1.0"?>
                 <OME xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06" UUID="urn:uuid:0"><Image ID="Image:0">
-                <Pixels ID="Pixels:0" DimensionOrder="XYZCT" Type="uint16" SizeX="30" SizeY="20" SizeZ="2" SizeC="1" SizeT="1">
-                {planes}</Pixels></Image></OME>""")
+                <Pixels ID="Pixels:0" DimensionOrder="XYZCT" Type="uint16" SizeX="30" SizeY="20" SizeZ="2" SizeC="1"
+                SizeT="1">{planes}</Pixels></Image></OME>"""
+            tifffile.imwrite(self.folder / "there/ome.ome.tif", image, metadata=None, description=description)
             with self.subTest(name):
                 done = self.there("encode", "ome.ome.tif", "-q", "-o", "v.tag")
                 self.assertEqual(done.returncode, 65, done.stderr)
@@ -520,6 +526,19 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
         done = self.there("encode", "scan.dead", "-o", "s.tag")
         self.assertEqual(done.returncode, 74, done.stderr)
         self.assertIn(b"tagrid-read-dead.exe: exited with code 64 before it answered", done.stderr)
+
+    def test_the_list_of_dependencies_has_the_sources_that_were_built(self):
+        listed = json.loads((self.exe.parent / "tagrid.spdx.json").read_text())["packages"][1:]
+        versions = {package["externalRefs"][0]["referenceLocator"]: package["versionInfo"] for package in listed}
+        sources = [re.match(r"(\S+) \(([^)]+)\)", (folder / "debian/changelog").read_text()).groups()
+                   for folder in (FOLDER / "windows/libraries/sources").iterdir()]
+        self.assertGreater(len(sources), 10)
+        for name, version in sources:
+            encoded = quote(version).replace("~", "%7E")
+            self.assertEqual(versions.pop(f"pkg:deb/debian/{name}@{encoded}?arch=source", None), version)
+        # What consists of headers is that of this system.
+        self.assertEqual({locator.split("@")[0].removeprefix("pkg:deb/debian/") for locator in versions},
+                         {"libhwy-dev", "libcli11-dev", "libfmt-dev", "nlohmann-json3-dev"})
 
     def test_memory_is_limited(self):
         self.there("phantom", "--dims", "100,100,100", "-q", "-o", "p.nrrd")

@@ -162,8 +162,12 @@ struct VerifyCommand {
   /// REQUIRES: no differences.
   static std::string words_of(const GeometryComparison& found) {
     if (!found.compared.empty()) return fmt::format("the same ({})", fmt::join(found.compared, ", "));
-    return found.neither_says_anything ? "not compared: neither file defines it"
-                                       : "not compared: only one file defines it";
+    const std::string_view why = found.file_places_samples && found.original_places_samples
+                                     ? "the original defines other parts of it"
+                                 : found.file_places_samples     ? "the original does not define it"
+                                 : found.original_places_samples ? "the file does not define it"
+                                                                 : "neither file defines it";
+    return fmt::format("not compared: {}", why);
   }
 
   /// Compares the files of the original. Throws BrokenInput if files of the same names differ.

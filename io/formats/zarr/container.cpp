@@ -191,7 +191,8 @@ bool begins_zarr_in_zip(std::string_view b) {
 
 std::unique_ptr<ZarrContainer> create_zarr_container(const std::string& path, const SinkOptions& options) {
   if (path == "-")
-    throw UsageError("Zarr is not written to the standard output; give the name of a directory");
+    throw UsageError(
+        "Zarr is not written to the standard output; give the name of a directory, or of a file (.ozx)");
   if (lower_case(path).ends_with(".ozx")) return std::make_unique<ZipContainer>(path, options);
   return std::make_unique<FolderContainer>(path, options);
 }
