@@ -83,6 +83,9 @@ TEST_F(Slurm, SomeTasksOfAnArrayNeedTheNumberOfShards) {
   expect_done(batch("TAGRID_SHARDS=3 " + some));
   EXPECT_EQ(statuses(9, "out/results-1-of-3.jsonl"), "b ok, e ok");
   EXPECT_EQ(batch(body("convert_array.sbatch") + "list.tsv").code, usage);
+  const Ending outside_of_slurm = batch(body("convert_array.sbatch") + "list.tsv out");
+  EXPECT_EQ(outside_of_slurm.code, usage);
+  EXPECT_TRUE(has(outside_of_slurm.err, "sbatch --array")) << outside_of_slurm.err;
 }
 
 TEST_F(Slurm, ATaskThatIsInterruptedIsQueuedAgainAndGoesOn) {
