@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import unittest
+import unittest.mock
 
 from other_readers import PROGRAM, ReaderTest, h5py, main, numpy
 
@@ -430,6 +431,15 @@ class Odd(ReaderTest):
             self.assert_refused(65, "another directory, so it is not read; give that file itself", "encode",
                                 f"a{number}.h5", "--dataset", "link")
         self.encodes(volume(), "far/b.h5", "--dataset", "data")
+
+    def test_a_link_to_a_server_is_never_followed(self):
+        self.make(lambda file: file.create_dataset("data", data=volume()), "there.h5")
+        # Here, a second slash changes nothing, so the file would be found.
+        for number, name in enumerate((f"/{self.folder}/there.h5", r"\\server\share\there.h5", r"\/server/there.h5")):
+            self.make(lambda file, name=name: file.__setitem__("link", h5py.ExternalLink(name, "/data")), f"a{number}.h5")
+            for sandbox in ("", "off"):
+                with self.subTest((name, sandbox)), unittest.mock.patch.dict(os.environ, TAGRID_SANDBOX=sandbox):
+                    self.assert_refused(65, "is on a server, so it is not read", "encode", f"a{number}.h5", "--dataset", "link")
 
     def test_the_only_volume_beside_links_and_odd_data_sets_is_read_and_they_are_said(self):
         self.make(lambda file: file.create_dataset("data", data=volume("f4")), "there.h5")

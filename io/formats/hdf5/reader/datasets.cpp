@@ -77,8 +77,8 @@ std::string in_words(const std::vector<hsize_t>& dims) {
 }
 
 Hdf5Handle opened_dataset(hid_t file, const std::string& name) {
-  if (H5Oexists_by_name(file, name.c_str(), H5P_DEFAULT) <= 0) return {};
-  Hdf5Handle object(H5Oopen(file, name.c_str(), H5P_DEFAULT), H5Oclose);
+  if (H5Oexists_by_name(file, name.c_str(), followed_links()) <= 0) return {};
+  Hdf5Handle object(H5Oopen(file, name.c_str(), followed_links()), H5Oclose);
   if (object && H5Iget_type(object.get()) == H5I_DATASET) return object;
   return {};
 }

@@ -43,10 +43,17 @@ std::optional<FoundLink> link_at(hid_t group, const std::string& path, const std
   return link;
 }
 
+/// Windows would give the user's name and a hash of the password to a server that a link names.
+bool is_on_server(std::string_view file) {
+  const auto is_slash = [](char c) { return c == '/' || c == '\\'; };
+  return file.size() > 1 && is_slash(file[0]) && is_slash(file[1]);
+}
+
 /// Why a file that a link names is not read although it exists; "" if there is no such reason. The
 /// sandbox hides the content of such a file, but not that it exists.
 std::string why_not_read(hid_t file, const std::string& named) {
   if (named.empty()) return "";
+  if (is_on_server(named)) return "is on a server, so it is not read; give that file itself";
   std::string own(static_cast<std::size_t>(std::max<ssize_t>(H5Fget_name(file, nullptr, 0), 0)), '\0');
   H5Fget_name(file, own.data(), own.size() + 1);
   std::error_code unknown;
@@ -88,7 +95,7 @@ class GroupVisit {
       if (const auto link = link_at(group, path_, name, value)) visitor_.link(*link);
       return;
     }
-    const Hdf5Handle object(H5Oopen(group, name, H5P_DEFAULT), H5Oclose);
+    const Hdf5Handle object(H5Oopen(group, name, followed_links()), H5Oclose);
     if (const auto address = address_of(object.get())) found_.push_back({*address, inside(path_, name)});
   }
 
@@ -104,9 +111,9 @@ std::string why_missing_after(std::vector<std::string>& passed, hid_t file, cons
     if (step.empty()) continue;
     const std::string name(step);
     const std::string group_path = std::exchange(part, inside(part, name));
-    if (H5Oexists_by_name(file, part.c_str(), H5P_DEFAULT) > 0) continue;
-    if (H5Lexists(file, part.c_str(), H5P_DEFAULT) <= 0) return fmt::format("there is no {}", part);
-    const Hdf5Handle group(H5Oopen(file, group_path.c_str(), H5P_DEFAULT), H5Oclose);
+    if (H5Oexists_by_name(file, part.c_str(), followed_links()) > 0) continue;
+    if (H5Lexists(file, part.c_str(), followed_links()) <= 0) return fmt::format("there is no {}", part);
+    const Hdf5Handle group(H5Oopen(file, group_path.c_str(), followed_links()), H5Oclose);
     std::string value;
     const auto link = link_at(group.get(), group_path, name, value);
     if (!link) return fmt::format("{} cannot be opened", part);
@@ -123,7 +130,20 @@ std::string why_missing_after(std::vector<std::string>& passed, hid_t file, cons
   return "";
 }
 
+herr_t refuse_servers(const char*, const char*, const char* file, const char*, unsigned*, hid_t, void*) {
+  return is_on_server(file) ? -1 : 0;
+}
+
 }  // namespace
+
+hid_t followed_links() {
+  static const hid_t access = [] {
+    const hid_t made = H5Pcreate(H5P_LINK_ACCESS);
+    H5Pset_elink_cb(made, refuse_servers, nullptr);
+    return made;
+  }();
+  return access;
+}
 
 bool may_be_linked_to(std::string_view own, std::string_view other) {
   constexpr std::array extensions = {".h5",  ".hdf5", ".hdf", ".he5", ".nxs", ".nx5", ".nx",    ".nc",
@@ -140,7 +160,7 @@ std::string inside(const std::string& group, const std::string& name) {
 
 void visit_objects(hid_t file, Visitor& visitor) {
   std::unordered_set<haddr_t> seen;
-  const Hdf5Handle root(H5Oopen(file, "/", H5P_DEFAULT), H5Oclose);
+  const Hdf5Handle root(H5Oopen(file, "/", followed_links()), H5Oclose);
   std::vector<Waiting> waiting;
   if (const auto address = address_of(root.get())) waiting.push_back({*address, "/"});
   while (!waiting.empty()) {

@@ -9,6 +9,10 @@
 
 namespace tagrid {
 
+/// How links in a path are followed, for calls that open something: to other files, but to none on a server. A property
+/// list that stays.
+hid_t followed_links();
+
 /// The path of what a group calls `name`, which may be a path of its own.
 std::string inside(const std::string& group, const std::string& name);
 
