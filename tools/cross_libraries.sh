@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Builds the libraries of the program for another machine, from Debian's source packages:
 #   tools/cross_libraries.sh windows-x64|linux-arm64 FOLDER
-# with the compilers that cmake/toolchains names; their sources in FOLDER/sources, the libraries in FOLDER/{include,lib}.
-# What is there already is left as it is, except libraries that were made by CMake with other options.
+# with the compilers that cmake/toolchains names; their sources in FOLDER/sources, the libraries in
+# FOLDER/{include,lib}. What is there already is left as it is, except libraries that were made by CMake with other
+# options.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 machine=$1
@@ -10,8 +11,12 @@ folder=$(realpath -m "$2")
 sources=$folder/sources
 wanted=(zstd xxhash onetbb zlib bzip2 libpng1.6 libisal libsodium sqlite3)
 case "$machine" in
-  windows-x64) host=x86_64-w64-mingw32 compiler=$host-gcc-posix wanted+=(curl libjpeg-turbo tiff pugixml openjpeg2 dcmtk hdf5) ;;
-  linux-arm64) host=aarch64-linux-gnu compiler=$host-gcc wanted+=(libseccomp) ;;
+  windows-x64)
+    host=x86_64-w64-mingw32 compiler=$host-gcc-posix
+    wanted+=(curl libjpeg-turbo tiff pugixml openjpeg2 dcmtk hdf5) ;;
+  linux-arm64)
+    host=aarch64-linux-gnu compiler=$host-gcc
+    wanted+=(libseccomp) ;;
   *) echo "usage: $0 windows-x64|linux-arm64 FOLDER" >&2; exit 64 ;;
 esac
 if [ "$machine" = windows-x64 ] && ! wine=$(PATH=$PATH:/usr/lib/wine; command -v wine || command -v wine64); then
@@ -46,10 +51,12 @@ cp "$sources"/zlib/{zlib,zconf}.h "$folder/include"
 archive bz2 -D_FILE_OFFSET_BITS=64 "$sources"/bzip2/{blocksort,huffman,crctable,randtable,compress,decompress,bzlib}.c
 cp "$sources/bzip2/bzlib.h" "$folder/include"
 cp "$sources/libpng1.6/scripts/pnglibconf.h.prebuilt" "$sources/libpng1.6/pnglibconf.h"
-archive png "$sources"/libpng1.6/png{,error,get,mem,pread,read,rio,rtran,rutil,set,trans,wio,write,wtran,wutil}.c -DPNG_INTEL_SSE_OPT=0 -DPNG_ARM_NEON_OPT=0 -I"$folder/include"
+archive png -DPNG_INTEL_SSE_OPT=0 -DPNG_ARM_NEON_OPT=0 -I"$folder/include" \
+  "$sources"/libpng1.6/png{,error,get,mem,pread,read,rio,rtran,rutil,set,trans,wio,write,wtran,wutil}.c
 cp "$sources"/libpng1.6/{png,pngconf,pnglibconf}.h "$folder/include"
 # Without its assembler: parity needs the portable sources.
-archive isal -I"$sources/libisal/include" "$sources"/libisal/erasure_code/ec_base{,_aliases}.c "$sources"/libisal/crc/crc{,64}_base.c "$sources"/libisal/crc/crc_base_aliases.c
+archive isal -I"$sources/libisal/include" "$sources"/libisal/erasure_code/ec_base{,_aliases}.c \
+  "$sources"/libisal/crc/crc{,64}_base.c "$sources"/libisal/crc/crc_base_aliases.c
 if [ ! -f "$folder/lib/libsqlite3.a" ]; then
   # Its one file is made by a program of this machine.
   (cd "$sources/sqlite3" && ./configure --disable-tcl --disable-readline >/dev/null && make -s sqlite3.c >/dev/null)
@@ -70,7 +77,8 @@ built() {
   rm -rf "$folder/build/$1" "$done"
   mkdir -p "$folder/build/$1"
   # HDF5 looks for what it has found out in the folder where CMake was called.
-  { cd "$folder/build/$1" && cmake -S "$sources/$1" -B . -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF "${@:2}" \
+  { cd "$folder/build/$1" &&
+    cmake -S "$sources/$1" -B . -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF "${@:2}" \
       -DCMAKE_TOOLCHAIN_FILE="$toolchain" -DTAGRID_CROSS_LIBRARIES="$folder" -DCMAKE_INSTALL_PREFIX="$folder" &&
     cmake --build . --target install; } >"$folder/build/$1.log" 2>&1 || { cat "$folder/build/$1.log" >&2; exit 70; }
   cd - >/dev/null
@@ -90,9 +98,11 @@ if [ "$machine" = windows-x64 ]; then
   built pugixml
   built openjpeg2 -DBUILD_CODEC=OFF
   without=()
-  for library in TIFF PNG XML OPENSSL SNDFILE ICONV ICU STDLIBC_ICONV WRAP OPENJPEG; do without+=("-DDCMTK_WITH_$library=OFF"); done
-  # DCMTK: its dictionary is in the library, since there is no file of it where this program runs. While it is built, it runs
-  # programs under Wine, whose `winepath` Debian has only as winepath.exe.
+  for library in TIFF PNG XML OPENSSL SNDFILE ICONV ICU STDLIBC_ICONV WRAP OPENJPEG; do
+    without+=("-DDCMTK_WITH_$library=OFF")
+  done
+  # DCMTK: its dictionary is in the library, since there is no file of it where this program runs. While it is built, it
+  # runs programs under Wine, whose `winepath` Debian has only as winepath.exe.
   export WINEPREFIX=$folder/build/wine
   printf '#!/bin/sh\nexec "%s" winepath.exe "$@"\n' "$wine" >"$folder/build/winepath"
   chmod +x "$folder/build/winepath"
@@ -100,10 +110,12 @@ if [ "$machine" = windows-x64 ]; then
     -DWINE_WINEPATH_PROGRAM="$folder/build/winepath" -DBUILD_APPS=OFF \
     -DDCMTK_MODULES="ofstd;oflog;dcmdata;dcmimgle;dcmimage;dcmjpeg;dcmjpls" -DDCMTK_DEFAULT_DICT=builtin \
     -DDCMTK_WIDE_CHAR_FILE_IO_FUNCTIONS=ON -DCMAKE_INSTALL_DATADIC=share/dcmtk
-  built hdf5 -DBUILD_TESTING=OFF -DHDF5_BUILD_TOOLS=OFF -DHDF5_BUILD_EXAMPLES=OFF -DHDF5_BUILD_CPP_LIB=OFF -DHDF5_BUILD_HL_LIB=OFF \
-    -DHDF5_BUILD_FORTRAN=OFF -DHDF5_ENABLE_Z_LIB_SUPPORT=ON -DH5_HAVE_UNISTD_H=OFF  # with it, it wants fork()
+  built hdf5 -DBUILD_TESTING=OFF -DHDF5_BUILD_TOOLS=OFF -DHDF5_BUILD_EXAMPLES=OFF -DHDF5_BUILD_CPP_LIB=OFF \
+    -DHDF5_BUILD_HL_LIB=OFF -DHDF5_BUILD_FORTRAN=OFF -DHDF5_ENABLE_Z_LIB_SUPPORT=ON \
+    -DH5_HAVE_UNISTD_H=OFF  # with it, it wants fork()
 fi
 if [ "$machine" = linux-arm64 ] && [ ! -f "$folder/lib/libseccomp.a" ]; then
-  (cd "$sources/libseccomp" && ./configure --host="$host" --disable-shared --prefix="$folder" >/dev/null && make -s install >/dev/null)
+  (cd "$sources/libseccomp" && ./configure --host="$host" --disable-shared --prefix="$folder" >/dev/null &&
+    make -s install >/dev/null)
 fi
 ls "$folder/lib"

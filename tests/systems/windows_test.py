@@ -514,6 +514,11 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
                 done = self.there("encode", "ome.ome.tif", "-q", "-o", "v.tag")
                 self.assertEqual(done.returncode, 65, done.stderr)
                 self.assertIn(b"which is not in its directory", done.stderr)
+        with h5py.File(self.folder / "there/link.h5", "w") as file:
+            file["link"] = h5py.ExternalLink(r"\\host\share\other.h5", "/volume")
+        done = self.there("encode", "link.h5", "--dataset", "link", "-q", "-o", "v.tag")
+        self.assertEqual(done.returncode, 65, done.stderr)
+        self.assertIn(b"is on a server, so it is not read", done.stderr)
 
     def test_a_program_that_dies_is_named(self):
         place = self.folder / "place"
