@@ -232,7 +232,7 @@ const std::vector<Format>& formats() {
        .what = "a NeXus file",
        .reads = {.program = "hdf5"}},
       {.name = "zarr",
-       .extensions = {".zarr", ".ome.zarr", ".ozx"},
+       .extensions = {".zarr", ".ozx"},
        .help = "OME-Zarr, a directory or one file (.ozx)",
        .what = "a Zarr hierarchy",
        .reads = {.peek = 128, .is_mine = begins_zarr_in_zip, .program = "zarr", .is_folder = is_zarr_folder},
