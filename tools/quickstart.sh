@@ -9,7 +9,7 @@ build() { NINJA_STATUS="[%f of %t, %e s] " cmake --build --preset release "$@"; 
 
 step "Installing packages, a minute if none of them is there"
 tools/install_packages.sh build
-step "Building the program: most of about six minutes with two processors"
+step "Building the program: six to ten minutes with two processors"
 # Most rooms are compiled as one file each, which makes a first build shorter.
 cmake --preset release -DTAGRID_UNITY=most >/dev/null
 build --target tagrid

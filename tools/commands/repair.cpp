@@ -35,8 +35,11 @@ struct RepairCommand {
     const UnchangedFiles watched({input});
     const auto parity = survey_parity(input, run, "repairing a file");
     if (!parity)
-      throw BrokenInput("{}: has no parity, or none of its descriptions is left; nothing can be repaired",
-                        shown_input(input));
+      throw BrokenInput(
+          "{}: has no parity, or none of its descriptions is left; nothing can be repaired, but decode "
+          "--salvage "
+          "decodes the bricks that are intact",
+          shown_input(input));
     const auto& [file, condition] = *parity;
     if (!condition.is_repairable()) {
       if (!run.quiet && !is_of_another_file(*parity)) tell_what_is_lost(condition);
