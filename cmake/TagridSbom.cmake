@@ -59,7 +59,7 @@ function(tagrid_write_sbom)
   if(TAGRID_STATIC)
     # Without the library that it cannot load, and without what it has no readers for.
     set(left_out jxl|gsf|glib|blosc|openvdb|imath|boost)
-    if(NOT EXISTS ${sources}/curl)
+    if(NOT TAGRID_CROSS_LIBRARIES OR NOT EXISTS ${sources}/curl)
       string(APPEND left_out |curl)
     endif()
     if(NOT TAGRID_STATIC_READERS)

@@ -200,7 +200,7 @@ void RestoredFiles::publish() {
     if (options_.overwrite) {
       // The older file keeps its name until the new one takes it. Some file systems have no links.
       if (!tagrid::files().link(target, older(published_)) && errno != ENOENT &&
-          !tagrid::files().rename(target, older(published_)))
+          (errno == EBUSY || !tagrid::files().rename(target, older(published_))))
         throw world_error("cannot set aside", target, errno);
       if (!tagrid::files().rename(staged(published_), target)) {
         const int error = errno;

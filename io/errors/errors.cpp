@@ -39,7 +39,7 @@ std::string_view advice(int error_number) {
     case EFBIG:
       return "; raise the limit on the size of files (ulimit -f), or choose another file system";
     case EBUSY:
-      return "; another program uses it; close it there";
+      return "; another program is using it, or it is a mount point";
     case ENAMETOOLONG:
       return "; choose a shorter name";
     default:

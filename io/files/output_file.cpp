@@ -132,9 +132,12 @@ void OutputFile::set_older_aside() {
   older_slot_ = register_temporary(candidate, path_);
   if (files().link(path_, candidate)) {
     older_ = candidate;
-  } else {
-    forget_temporary(std::exchange(older_slot_, -1));
+    return;
   }
+  const int error = errno;
+  forget_temporary(std::exchange(older_slot_, -1));
+  // Windows: another program holds it. Later, it might be replaced without having been set aside.
+  if (error == EBUSY) throw world_error("cannot rename the finished file to", name_, error);
 }
 
 void OutputFile::give_name() {

@@ -7,6 +7,7 @@
 #endif
 #include <windows.h>
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -31,6 +32,9 @@ std::string text(std::wstring_view path);
 
 /// 32 hexadecimal digits that nobody can guess, for a new name. Empty, with errno, if the system gives none.
 std::string random_digits();
+
+/// True once this process is about to end: then nothing waits for files that others hold.
+inline std::atomic<bool> is_ending = false;
 
 /// Ends all programs that processes() has started, so that files that they have open can be removed.
 void end_programs();

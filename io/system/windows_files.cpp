@@ -94,21 +94,24 @@ OVERLAPPED place(std::uint64_t position) {
 // Locks of Windows keep others from reading and writing; nobody reads or writes here.
 OVERLAPPED place_of_lock() { return place(std::uint64_t{1} << 62); }
 
-/// Makes a call that changes a name. A scanner of viruses, or a search, may hold a file that is new; it lets it go soon.
+/// Makes a call that changes a name, again for two seconds while another program holds the file: a scanner of viruses
+/// does so with new files for a moment. `also_if_denied`: Windows says so of a directory in which a file is held.
 template <class Call>
-bool once_let_go(const Call& call) {
+bool retried_while_held(const Call& call, bool also_if_denied = false) {
   constexpr int most_tries = 40;
   constexpr DWORD pause_ms = 50;
   for (int tries = 1; !call(); ++tries) {
     const DWORD error = GetLastError();
-    if (error != ERROR_SHARING_VIOLATION || tries == most_tries) return fail(error);
+    const bool is_held = error == ERROR_SHARING_VIOLATION || (also_if_denied && error == ERROR_ACCESS_DENIED);
+    if (!is_held || tries == most_tries || windows::is_ending) return fail(error);
     Sleep(pause_ms);
   }
   return true;
 }
 
-bool move_file(const std::wstring& from, const std::wstring& to, DWORD flags) {
-  return once_let_go([&] { return MoveFileExW(from.c_str(), to.c_str(), flags | MOVEFILE_WRITE_THROUGH); });
+bool move_file(const std::wstring& from, const std::wstring& to, DWORD flags, bool also_if_denied) {
+  return retried_while_held(
+      [&] { return MoveFileExW(from.c_str(), to.c_str(), flags | MOVEFILE_WRITE_THROUGH); }, also_if_denied);
 }
 
 class SystemFiles final : public FileSystem {
@@ -312,21 +315,22 @@ class SystemFiles final : public FileSystem {
         of_source.is_same_file(of_target))
       return true;
     if (rename_as_posix(source, target)) return true;
-    if (move_file(source, target, MOVEFILE_REPLACE_EXISTING)) return true;
+    if (move_file(source, target, MOVEFILE_REPLACE_EXISTING, is_folder_at(source))) return true;
     const bool may_be_open = errno == EACCES &&
                              GetFileAttributesW(target.c_str()) != INVALID_FILE_ATTRIBUTES &&
                              !is_folder_at(target);
     return may_be_open && rename_over_open(source, target);
   }
   bool rename_to_new(const std::string& from, const std::string& to) override {
-    return move_file(native(from), native(to), 0);
+    const std::wstring source = native(from);
+    return move_file(source, native(to), 0, is_folder_at(source));
   }
   bool exchange(const std::string&, const std::string&) override { return refuse(ENOSYS); }
   bool link(const std::string& from, const std::string& to) override {
-    // A file that another program holds would keep its second name, too.
+    // While another program holds the file, the second name could not be removed again.
     const std::wstring name = native(from);
     HANDLE held = INVALID_HANDLE_VALUE;
-    const bool is_free = once_let_go([&] {
+    const bool is_free = retried_while_held([&] {
       held = CreateFileW(name.c_str(), DELETE, shared_by_all, nullptr, OPEN_EXISTING,
                          FILE_FLAG_OPEN_REPARSE_POINT, nullptr);
       return held != INVALID_HANDLE_VALUE;
@@ -346,7 +350,7 @@ class SystemFiles final : public FileSystem {
     }
     // POSIX also removes read-only files.
     if ((attributes & FILE_ATTRIBUTE_READONLY) != 0) SetFileAttributesW(name.c_str(), FILE_ATTRIBUTE_NORMAL);
-    return once_let_go([&] { return DeleteFileW(name.c_str()); });
+    return retried_while_held([&] { return DeleteFileW(name.c_str()); });
   }
   bool make_folder(const std::string& path, unsigned) override {
     return CreateDirectoryW(native(path).c_str(), nullptr) != 0 || fail();
@@ -425,10 +429,10 @@ class SystemFiles final : public FileSystem {
     if (digits.empty()) return false;
     std::wstring aside = to.substr(0, to.find_last_of(L'\\') + 1) + L".tagrid.replaced";
     aside.append(digits.begin(), digits.end());
-    if (!move_file(to, aside, 0)) return false;
-    if (!move_file(from, to, 0)) {
+    if (!move_file(to, aside, 0, false)) return false;
+    if (!move_file(from, to, 0, false)) {
       const int error = errno;
-      move_file(aside, to, 0);
+      move_file(aside, to, 0, true);
       return refuse(error);
     }
     SetFileAttributesW(aside.c_str(), FILE_ATTRIBUTE_NORMAL);

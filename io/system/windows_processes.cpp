@@ -242,8 +242,11 @@ class SystemProcesses final : public Processes {
     constexpr DWORD flags = CREATE_NO_WINDOW | CREATE_NEW_PROCESS_GROUP | CREATE_UNICODE_ENVIRONMENT |
                             EXTENDED_STARTUPINFO_PRESENT;
     // end_all() ends it, or it is not started.
-    const std::lock_guard lock(mutex_);
-    if (are_ended_) Sleep(INFINITE);
+    std::unique_lock lock(mutex_);
+    if (are_ended_) {
+      lock.unlock();
+      Sleep(INFINITE);
+    }
     if (CreateProcessW(windows::native(program).c_str(), line.data(), nullptr, nullptr, TRUE, flags,
                        block.data(), nullptr, &how.StartupInfo, &started) == 0) {
       windows::fail();

@@ -22,6 +22,7 @@ void (*end_handler)(int) = nullptr;
 BOOL WINAPI on_control(DWORD event) {
   const auto handler = std::exchange(end_handler, nullptr);
   if (handler == nullptr) return FALSE;
+  windows::is_ending = true;
   handler(event == CTRL_C_EVENT || event == CTRL_BREAK_EVENT ? SIGINT : SIGTERM);
   return TRUE;
 }

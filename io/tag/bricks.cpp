@@ -206,7 +206,7 @@ const Member& member_of_overview(const TagBricks& file, std::int64_t factor) {
     there += (there.empty() ? "" : ", ") + std::to_string(member.factor);
   }
   throw UsageError(file.name() + ": has no overview of " + std::to_string(factor) + "; " +
-                   (there.empty() ? "it has none at all; encode --overviews makes them" : "it has " + there));
+                   (there.empty() ? "it has none at all" : "it has " + there));
 }
 
 const Member* member_of_volume(const TagBricks& file, std::int64_t volume) {

@@ -435,11 +435,29 @@ class Odd(ReaderTest):
     def test_a_link_to_a_server_is_never_followed(self):
         self.make(lambda file: file.create_dataset("data", data=volume()), "there.h5")
         # Here, a second slash changes nothing, so the file would be found.
-        for number, name in enumerate((f"/{self.folder}/there.h5", r"\\server\share\there.h5", r"\/server/there.h5")):
+        for number, name in enumerate((f"/{self.folder}/there.h5", r"\\server\share\there.h5", r"\/server/there.h5", r"\??\UNC\server\share\there.h5")):
             self.make(lambda file, name=name: file.__setitem__("link", h5py.ExternalLink(name, "/data")), f"a{number}.h5")
             for sandbox in ("", "off"):
                 with self.subTest((name, sandbox)), unittest.mock.patch.dict(os.environ, TAGRID_SANDBOX=sandbox):
-                    self.assert_refused(65, "is on a server, so it is not read", "encode", f"a{number}.h5", "--dataset", "link")
+                    self.assert_refused(65, "is named like a file on a server", "encode", f"a{number}.h5", "--dataset", "link")
+
+    def test_no_part_of_a_virtual_data_set_is_looked_for_on_a_server(self):
+        # Whoever opened it would wait.
+        os.mkfifo(self.folder / "there.h5")
+        for limit in (5, h5py.h5s.UNLIMITED):
+            layout = h5py.VirtualLayout(SHAPE, "i2", maxshape=(limit, *SHAPE[1:]) if limit != 5 else None)
+            source = h5py.VirtualSource(f"/{self.folder}/there.h5", "data", SHAPE, dtype="i2", maxshape=(None, *SHAPE[1:]))
+            if limit == 5:
+                layout[:] = source
+            else:
+                layout[0:limit:1] = source[0:limit:1]
+            self.make(lambda file, layout=layout: file.create_virtual_dataset("virtual", layout))
+            for dataset in ((), ("--dataset", "virtual")):
+                with self.subTest((limit, dataset)):
+                    done = subprocess.run([PROGRAM, "encode", "a.h5", "-o", "v.tag", *dataset], cwd=self.folder,
+                                          env={**os.environ, "TAGRID_SANDBOX": "off"}, capture_output=True, timeout=20,
+                                          check=False)
+                    self.assertEqual(done.returncode, 65, done.stderr)
 
     def test_the_only_volume_beside_links_and_odd_data_sets_is_read_and_they_are_said(self):
         self.make(lambda file: file.create_dataset("data", data=volume("f4")), "there.h5")

@@ -163,7 +163,7 @@ struct VerifyCommand {
   static std::string words_of(const GeometryComparison& found) {
     if (!found.compared.empty()) return fmt::format("the same ({})", fmt::join(found.compared, ", "));
     const std::string_view why = found.file_places_samples && found.original_places_samples
-                                     ? "the original defines other parts of it"
+                                     ? "they define other parts of it, or in ways that cannot be compared"
                                  : found.file_places_samples     ? "the original does not define it"
                                  : found.original_places_samples ? "the file does not define it"
                                                                  : "neither file defines it";

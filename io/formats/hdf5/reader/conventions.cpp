@@ -24,7 +24,7 @@ constexpr const char* info_of_imaris = "/DataSetInfo/Image";
 std::vector<double> numbers_at(hid_t file, const std::string& path, const std::string& name,
                                std::size_t count) {
   const Hdf5Handle dataset = opened_dataset(file, name);
-  const Hdf5Handle space(dataset ? H5Dget_space(dataset.get()) : -1, H5Sclose);
+  const Hdf5Handle space = dataset ? space_of(dataset.get()) : Hdf5Handle();
   std::vector<double> numbers(count);
   if (!space || H5Sget_simple_extent_npoints(space.get()) != static_cast<hssize_t>(count) ||
       !has_own_samples(path, dataset.get()) ||

@@ -49,7 +49,7 @@ bool has_own_samples(const std::string& path, hid_t dataset) {
 }
 
 std::vector<hsize_t> dims_of(hid_t dataset) {
-  const Hdf5Handle space(H5Dget_space(dataset), H5Sclose);
+  const Hdf5Handle space = space_of(dataset);
   const int rank = space ? H5Sget_simple_extent_ndims(space.get()) : -1;
   if (rank < 1) return {};
   std::vector<hsize_t> dims(static_cast<std::size_t>(rank));

@@ -355,7 +355,7 @@ std::vector<std::string> names_of_links(hid_t group) {
 bool is_short_list(hid_t group, const std::string& name) {
   const Hdf5Handle object(H5Oopen(group, name.c_str(), followed_links()), H5Oclose);
   if (H5Iget_type(object.get()) != H5I_DATASET) return false;
-  const Hdf5Handle space(H5Dget_space(object.get()), H5Sclose);
+  const Hdf5Handle space = space_of(object.get());
   const hssize_t count = space ? H5Sget_simple_extent_npoints(space.get()) : 0;
   return count > 0 && count <= most_numbers;
 }

@@ -43,17 +43,12 @@ std::optional<FoundLink> link_at(hid_t group, const std::string& path, const std
   return link;
 }
 
-/// Windows would give the user's name and a hash of the password to a server that a link names.
-bool is_on_server(std::string_view file) {
-  const auto is_slash = [](char c) { return c == '/' || c == '\\'; };
-  return file.size() > 1 && is_slash(file[0]) && is_slash(file[1]);
-}
-
 /// Why a file that a link names is not read although it exists; "" if there is no such reason. The
 /// sandbox hides the content of such a file, but not that it exists.
 std::string why_not_read(hid_t file, const std::string& named) {
   if (named.empty()) return "";
-  if (is_on_server(named)) return "is on a server, so it is not read; give that file itself";
+  if (is_on_server(named))
+    return "is named like a file on a server, so it is not read; give that file itself";
   std::string own(static_cast<std::size_t>(std::max<ssize_t>(H5Fget_name(file, nullptr, 0), 0)), '\0');
   H5Fget_name(file, own.data(), own.size() + 1);
   std::error_code unknown;
@@ -135,6 +130,30 @@ herr_t refuse_servers(const char*, const char*, const char* file, const char*, u
 }
 
 }  // namespace
+
+bool is_on_server(std::string_view file) {
+  const auto is_slash = [](char c) { return c == '/' || c == '\\'; };
+  return file.size() > 1 && is_slash(file[0]) && (is_slash(file[1]) || file[1] == '?');
+}
+
+std::vector<std::string> files_of_virtual(hid_t properties) {
+  std::size_t count = 0;
+  if (H5Pget_layout(properties) == H5D_VIRTUAL) H5Pget_virtual_count(properties, &count);
+  std::vector<std::string> files;
+  for (std::size_t i = 0; i < count; ++i) {
+    const ssize_t size = H5Pget_virtual_filename(properties, i, nullptr, 0);
+    if (size <= 0) continue;
+    files.emplace_back(static_cast<std::size_t>(size), '\0');
+    H5Pget_virtual_filename(properties, i, files.back().data(), files.back().size() + 1);
+  }
+  return files;
+}
+
+Hdf5Handle space_of(hid_t dataset) {
+  const Hdf5Handle properties(H5Dget_create_plist(dataset), H5Pclose);
+  if (properties && std::ranges::any_of(files_of_virtual(properties.get()), is_on_server)) return {};
+  return {H5Dget_space(dataset), H5Sclose};
+}
 
 hid_t followed_links() {
   static const hid_t access = [] {

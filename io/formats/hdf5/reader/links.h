@@ -6,12 +6,25 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
+
+#include "io/formats/hdf5/handle.h"
 
 namespace tagrid {
+
+/// True for a name such as `\\host\share\file` or `\??\UNC\…`: Windows gives the user's name and a hash of the password
+/// to such a server. Everywhere, so that files mean the same on all systems.
+bool is_on_server(std::string_view file);
 
 /// How links in a path are followed, for calls that open something: to other files, but to none on a server. A property
 /// list that stays.
 hid_t followed_links();
+
+/// The files that a virtual data set names, by its creation properties; "." is its own. May name one more than once.
+std::vector<std::string> files_of_virtual(hid_t properties);
+
+/// The space of a data set. None of a virtual one that names files on a server, which the library would open.
+Hdf5Handle space_of(hid_t dataset);
 
 /// The path of what a group calls `name`, which may be a path of its own.
 std::string inside(const std::string& group, const std::string& name);

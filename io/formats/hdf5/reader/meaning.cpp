@@ -219,7 +219,7 @@ class Scale {
     AttributeNumbers found;
     if (H5Lexists(file_, name.c_str(), followed_links()) <= 0) return found;
     const Hdf5Handle dataset = opened_dataset(file_, name);
-    const Hdf5Handle space(dataset ? H5Dget_space(dataset.get()) : -1, H5Sclose);
+    const Hdf5Handle space = dataset ? space_of(dataset.get()) : Hdf5Handle();
     found.outcome = ForeignNumber::Outcome::unreadable;
     found.text = dataset ? "no number" : why_missing(file_, name);
     double number = 0;

@@ -153,7 +153,7 @@ class Hdf5Volume final : public ServedVolume {
   }
 
   void read_slab(std::int64_t first, std::int64_t count) {
-    const Hdf5Handle space(H5Dget_space(dataset_.get()), H5Sclose);
+    const Hdf5Handle space = space_of(dataset_.get());
     std::vector<hsize_t> start(rank_, 0), size(rank_, 1);
     if (rank_ > 2) {
       start[rank_ - 3] = static_cast<hsize_t>(first);

@@ -1,4 +1,5 @@
 #include "io/formats/hdf5/reader/storage.h"
+#include "io/formats/hdf5/reader/links.h"
 
 #include <fmt/format.h>
 
@@ -127,19 +128,15 @@ void require_own_samples(hid_t properties, const std::string& path, const std::s
                           "h5repack -l {}:CONTI copies them into the file",
                           relative));
   if (H5Pget_layout(properties) != H5D_VIRTUAL) return;
-  std::size_t count = 0;
-  H5Pget_virtual_count(properties, &count);
   std::string missing;
-  for (std::size_t i = 0; i < count && missing.empty(); ++i) {
-    const ssize_t size = H5Pget_virtual_filename(properties, i, nullptr, 0);
-    if (size <= 0) continue;
-    std::string file(static_cast<std::size_t>(size), '\0');
-    H5Pget_virtual_filename(properties, i, file.data(), file.size() + 1);
+  for (const std::string& file : files_of_virtual(properties)) {
     std::error_code unknown;
     // "%b" stands for numbers.
-    if (file != "." && file.find('%') == file.npos &&
-        !std::filesystem::exists(path_of(path).parent_path() / path_of(file), unknown))
-      missing = file;
+    if (file == "." || is_on_server(file) || file.find('%') != file.npos ||
+        std::filesystem::exists(path_of(path).parent_path() / path_of(file), unknown))
+      continue;
+    missing = file;
+    break;
   }
   throw broken_hdf5(
       path,
@@ -164,7 +161,7 @@ Unwritten unwritten_samples(hid_t dataset, hid_t properties) {
     hsize_t all = 1, stored = 0;
     for (std::size_t i = 0; i < sizes.size(); ++i)
       all *= (sizes[i] + std::max<hsize_t>(chunk[i], 1) - 1) / std::max<hsize_t>(chunk[i], 1);
-    const Hdf5Handle space(H5Dget_space(dataset), H5Sclose);
+    const Hdf5Handle space = space_of(dataset);
     if (H5Dget_num_chunks(dataset, space.get(), &stored) >= 0 && stored < all)
       unwritten.what = fmt::format("{} of {} chunks were", all - stored, all);
   }
