@@ -204,7 +204,7 @@ void RestoredFiles::publish() {
         throw world_error("cannot set aside", target, errno);
       if (!tagrid::files().rename(staged(published_), target)) {
         const int error = errno;
-        tagrid::files().rename(older(published_), target);
+        give_back(published_);
         throw world_error("cannot rename the finished file to", target, error);
       }
     } else if (!tagrid::files().rename_to_new(staged(published_), target)) {
@@ -228,12 +228,16 @@ void RestoredFiles::keep() {
   if (!is_gone) throw WorldError(path + ": cannot be removed; all files are restored");
 }
 
+void RestoredFiles::give_back(std::size_t i) {
+  // Otherwise, the only one of its names would be removed with the directory.
+  if (!tagrid::files().rename(older(i), path(i)) && errno != ENOENT) staging_->keep();
+}
+
 void RestoredFiles::take_back() noexcept {
   open_.clear();
   while (published_ > 0) {
-    const std::string target = path(--published_);
-    tagrid::files().unlink(target);
-    tagrid::files().rename(older(published_), target);
+    tagrid::files().unlink(path(--published_));
+    give_back(published_);
   }
   staging_.reset();
   signals_wait_.reset();

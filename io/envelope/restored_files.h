@@ -61,6 +61,8 @@ class RestoredFiles : public VolumeSink {
   void check_target(std::size_t file) const;
   void find_slices();
   void make_folders(const std::string& name);
+  /// The older file, if there was one, gets its name again. If that fails, the hidden directory stays, with it.
+  void give_back(std::size_t i);
   void take_back() noexcept;
 
   std::string input_, folder_;
