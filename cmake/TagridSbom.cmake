@@ -55,11 +55,10 @@ function(tagrid_write_sbom)
     "libopenvdb-dev|OpenVDB|MPL-2.0|openvdb/openvdb.h|OpenVDB|DYNAMIC_LINK"
     "libimath-dev|Imath|BSD-3-Clause|Imath/ImathConfig.h|Imath|DYNAMIC_LINK"
     "libboost-dev|Boost|BSL-1.0|boost/any.hpp|-|STATIC_LINK")
-  set(sources ${TAGRID_CROSS_LIBRARIES}/sources)
   if(TAGRID_STATIC)
     # Without the library that it cannot load, and without what it has no readers for.
     set(left_out jxl|gsf|glib|blosc|openvdb|imath|boost)
-    if(NOT TAGRID_CROSS_LIBRARIES OR NOT EXISTS ${sources}/curl)
+    if(NOT TAGRID_CROSS_LIBRARIES)
       string(APPEND left_out |curl)
     endif()
     if(NOT TAGRID_STATIC_READERS)
@@ -87,6 +86,7 @@ function(tagrid_write_sbom)
     list(APPEND dependencies "libopenmpi-dev, openmpi-bin|Open MPI|BSD-3-Clause-Open-MPI|mpi.h|ompi|DYNAMIC_LINK")
   endif()
 
+  set(sources ${TAGRID_CROSS_LIBRARIES}/sources)
   if(TAGRID_CROSS_LIBRARIES)
     set(built)
     foreach(line IN LISTS dependencies)

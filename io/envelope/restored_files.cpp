@@ -229,7 +229,7 @@ void RestoredFiles::keep() {
 }
 
 void RestoredFiles::give_back(std::size_t i) {
-  // Otherwise, the only one of its names would be removed with the directory.
+  // Otherwise, the older file would be removed with the directory.
   if (!tagrid::files().rename(older(i), path(i)) && errno != ENOENT) staging_->keep();
 }
 

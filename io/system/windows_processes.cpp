@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
@@ -243,7 +242,7 @@ class SystemProcesses final : public Processes {
                             EXTENDED_STARTUPINFO_PRESENT;
     // end_all() ends it, or it is not started.
     std::unique_lock lock(mutex_);
-    if (are_ended_) {
+    if (windows::is_ending) {
       lock.unlock();
       Sleep(INFINITE);
     }
@@ -283,7 +282,7 @@ class SystemProcesses final : public Processes {
         WaitForSingleObject(found->process.get(), static_cast<DWORD>(most.count())) != WAIT_OBJECT_0 ||
         GetExitCodeProcess(found->process.get(), &code) == 0)
       return {};
-    if (are_ended_) Sleep(INFINITE);  // so is this process, at once
+    if (windows::is_ending) Sleep(INFINITE);  // so is this process, at once
     // So Windows says why it ended a program.
     constexpr DWORD least_error = 0xC0000000;
     if (code < least_error) return {ChildEnding::Kind::exit, static_cast<int>(code)};
@@ -302,7 +301,6 @@ class SystemProcesses final : public Processes {
 
   void end_all() {
     const std::lock_guard lock(mutex_);
-    are_ended_ = true;
     for (const auto& [number, running] : running_) TerminateJobObject(running.job.get(), 1);
     constexpr DWORD patience = 2000;  // milliseconds
     for (const auto& [number, running] : running_) WaitForSingleObject(running.process.get(), patience);
@@ -327,7 +325,6 @@ class SystemProcesses final : public Processes {
     return found == running_.end() ? nullptr : &found->second;
   }
 
-  std::atomic<bool> are_ended_ = false;
   std::mutex mutex_;
   std::map<int, Running> running_;
 };

@@ -435,18 +435,23 @@ class Odd(ReaderTest):
     def test_a_link_to_a_server_is_never_followed(self):
         self.make(lambda file: file.create_dataset("data", data=volume()), "there.h5")
         # Here, a second slash changes nothing, so the file would be found.
-        for number, name in enumerate((f"/{self.folder}/there.h5", r"\\server\share\there.h5", r"\/server/there.h5", r"\??\UNC\server\share\there.h5")):
-            self.make(lambda file, name=name: file.__setitem__("link", h5py.ExternalLink(name, "/data")), f"a{number}.h5")
+        names = (f"/{self.folder}/there.h5", r"\\server\share\there.h5", r"\/server/there.h5",
+                 r"\??\UNC\server\share\there.h5")
+        for number, name in enumerate(names):
+            link = h5py.ExternalLink(name, "/data")
+            self.make(lambda file, link=link: file.__setitem__("link", link), f"a{number}.h5")
             for sandbox in ("", "off"):
                 with self.subTest((name, sandbox)), unittest.mock.patch.dict(os.environ, TAGRID_SANDBOX=sandbox):
-                    self.assert_refused(65, "is named like a file on a server", "encode", f"a{number}.h5", "--dataset", "link")
+                    self.assert_refused(65, "is named like a file on a server", "encode", f"a{number}.h5",
+                                        "--dataset", "link")
 
     def test_no_part_of_a_virtual_data_set_is_looked_for_on_a_server(self):
         # Whoever opened it would wait.
         os.mkfifo(self.folder / "there.h5")
         for limit in (5, h5py.h5s.UNLIMITED):
             layout = h5py.VirtualLayout(SHAPE, "i2", maxshape=(limit, *SHAPE[1:]) if limit != 5 else None)
-            source = h5py.VirtualSource(f"/{self.folder}/there.h5", "data", SHAPE, dtype="i2", maxshape=(None, *SHAPE[1:]))
+            source = h5py.VirtualSource(f"/{self.folder}/there.h5", "data", SHAPE, dtype="i2",
+                                        maxshape=(None, *SHAPE[1:]))
             if limit == 5:
                 layout[:] = source
             else:

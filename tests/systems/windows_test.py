@@ -289,13 +289,17 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
         os.environ["TAGRID_SANDBOX"] = "off"
         self.addCleanup(os.environ.pop, "TAGRID_SANDBOX")
         before = self.files("there")
+
+        def has_begun():
+            return set(os.listdir(self.folder / "there")) != set(before)
+
         for arguments in (("encode", "p.nrrd", "-o", "new.tag"), ("encode", "p.nrrd", "-f", "-o", "p.tag"),
                           ("decode", "p.tag", "-o", "new.mha"), ("decode", "p.tag", "-o", "new.h5"),
                           ("decode", "p.tag", "-f", "-o", "p.nrrd")):
             with self.subTest(arguments):
                 with subprocess.Popen([WINE, self.exe, *arguments, "-q", "-T", "1"], cwd=self.folder / "there",
                                       stderr=subprocess.PIPE) as process:
-                    while process.poll() is None and len(list((self.folder / "there").iterdir())) == len(before):
+                    while process.poll() is None and not has_begun():
                         time.sleep(0.01)
                     process.send_signal(signal.SIGINT)
                     message = process.communicate(timeout=60)[1]

@@ -1,4 +1,5 @@
 #include "io/formats/hdf5/reader/axis.h"
+#include "io/formats/hdf5/reader/links.h"
 
 #include <fmt/format.h>
 
@@ -56,7 +57,7 @@ AxisReading axis_of(hid_t dataset, std::uint64_t samples, const std::string& pat
 std::vector<std::string> emd_axes(hid_t group, const std::string& name, std::size_t axes) {
   if (name != "data" || H5Aexists(group, "emd_group_type") <= 0) return {};
   // Version 1.0 counts from 0.
-  const std::size_t first = H5Lexists(group, "dim0", H5P_DEFAULT) > 0 ? 0 : 1;
+  const std::size_t first = has_link(group, "dim0") ? 0 : 1;
   std::vector<std::string> found;
   for (std::size_t i = 0; i < axes; ++i) found.push_back(fmt::format("dim{}", first + i));
   return found;

@@ -74,9 +74,9 @@ std::optional<Convention> itk_of(hid_t file, const std::string& path, const std:
 std::optional<Convention> imaris_of(hid_t file, const std::string& path, const std::string& name,
                                     const Index3& dims) {
   if (!is_imaris(file) || !name.starts_with("/DataSet/ResolutionLevel ")) return std::nullopt;
-  const Hdf5Handle image(H5Oopen(file, info_of_imaris, followed_links()), H5Oclose);
+  const Hdf5Handle image = object_at(file, info_of_imaris);
   Convention found;
-  const Hdf5Handle channel(H5Oopen(file, group_and_name(name).first.c_str(), followed_links()), H5Oclose);
+  const Hdf5Handle channel = object_at(file, group_and_name(name).first);
   const bool is_size_said =
       number_of_letters(channel.get(), "ImageSizeX").is_number() ||
       (name.starts_with(finest_of_imaris) && number_of_letters(image.get(), "X").is_number());
@@ -109,7 +109,7 @@ std::optional<Convention> imaris_of(hid_t file, const std::string& path, const s
 
 /// Attributes of the group of a map: `step` and `origin`, x first, in angstrom.
 std::optional<Convention> chimera_of(hid_t file, const std::string& path, const std::string& name) {
-  const Hdf5Handle group(H5Oopen(file, group_and_name(name).first.c_str(), followed_links()), H5Oclose);
+  const Hdf5Handle group = object_at(file, group_and_name(name).first);
   if (!name.starts_with("/Chimera/") || !group) return std::nullopt;
   Convention found;
   found.known = {"step", "origin"};
@@ -139,7 +139,7 @@ std::optional<Convention> chimera_of(hid_t file, const std::string& path, const 
 
 /// "/MDF/images/0/image": attributes of its group, in angstrom.
 std::optional<Convention> eman_of(hid_t file, const std::string& path, const std::string& name) {
-  const Hdf5Handle group(H5Oopen(file, group_and_name(name).first.c_str(), followed_links()), H5Oclose);
+  const Hdf5Handle group = object_at(file, group_and_name(name).first);
   if (!name.starts_with("/MDF/images/") || !group) return std::nullopt;
   Convention found;
   Fields fields(group.get(), fmt::format("{}: HDF5 file (EMAN): {}", path, name));
@@ -195,17 +195,15 @@ std::optional<Convention> convention_of(hid_t file, const std::string& path, con
 }
 
 bool is_imaris(hid_t file) {
-  return H5Lexists(file, "/DataSetInfo", followed_links()) > 0 &&
-         H5Oexists_by_name(file, info_of_imaris, followed_links()) > 0 &&
-         H5Lexists(file, "/DataSet", followed_links()) > 0 &&
-         H5Lexists(file, "/DataSet/ResolutionLevel 0", followed_links()) > 0;
+  return has_link(file, "/DataSetInfo") && has_object(file, info_of_imaris) && has_link(file, "/DataSet") &&
+         has_link(file, "/DataSet/ResolutionLevel 0");
 }
 
 std::optional<Index3> imaris_size(hid_t file, const std::string& name, const Index3& dims) {
   const std::string path = inside("/", name);
   if (!is_imaris(file) || !path.starts_with("/DataSet/ResolutionLevel ")) return std::nullopt;
-  const Hdf5Handle channel(H5Oopen(file, group_and_name(path).first.c_str(), followed_links()), H5Oclose),
-      image(H5Oopen(file, info_of_imaris, followed_links()), H5Oclose);
+  const Hdf5Handle channel = object_at(file, group_and_name(path).first),
+                   image = object_at(file, info_of_imaris);
   Index3 size = dims;
   for (int axis = 0; axis < 3; ++axis) {
     const char letter = "XYZ"[axis];
@@ -273,10 +271,10 @@ std::optional<Geometry> geometry_of_letters(const std::vector<std::string>& lett
 }
 
 std::optional<Convention> openpmd_of(hid_t file, const std::string& path, const std::string& name) {
-  const Hdf5Handle root(H5Oopen(file, "/", followed_links()), H5Oclose), dataset = opened_dataset(file, name);
+  const Hdf5Handle root = object_at(file, "/"), dataset = opened_dataset(file, name);
   if (!dataset || H5Aexists(root.get(), "openPMD") <= 0) return std::nullopt;
   // A component of a vector is in a group, which has the grid; a scalar is a data set with all of it.
-  const Hdf5Handle group(H5Oopen(file, group_and_name(name).first.c_str(), followed_links()), H5Oclose);
+  const Hdf5Handle group = object_at(file, group_and_name(name).first);
   const bool is_scalar = H5Aexists(dataset.get(), "gridSpacing") > 0;
   const hid_t mesh = is_scalar ? dataset.get() : group.get();
   if (H5Aexists(mesh, "gridSpacing") <= 0) return std::nullopt;
@@ -328,9 +326,7 @@ std::optional<Convention> openpmd_of(hid_t file, const std::string& path, const 
 std::optional<Convention> minc_of(hid_t file, const std::string& path, const std::string& name) {
   constexpr const char* dimensions = "/minc-2.0/dimensions";
   const Hdf5Handle dataset = opened_dataset(file, name);
-  if (!dataset || !name.starts_with("/minc-2.0/image/") ||
-      H5Oexists_by_name(file, dimensions, followed_links()) <= 0)
-    return std::nullopt;
+  if (!dataset || !name.starts_with("/minc-2.0/image/") || !has_object(file, dimensions)) return std::nullopt;
   Convention found;
   const std::string object = fmt::format("{}: HDF5 file (MINC): {}", path, name);
   std::vector<std::string> letters;
@@ -341,7 +337,7 @@ std::optional<Convention> minc_of(hid_t file, const std::string& path, const std
   space.origin.emplace();
   for (std::size_t letter = 0; letter < 3; ++letter) {
     const std::string axis = fmt::format("{}/{}space", dimensions, "xyz"[letter]);
-    const Hdf5Handle of_axis(H5Oopen(file, axis.c_str(), followed_links()), H5Oclose);
+    const Hdf5Handle of_axis = object_at(file, axis);
     if (!of_axis) continue;
     Fields fields(of_axis.get(), fmt::format("{}: HDF5 file (MINC): {}", path, axis));
     const auto step = fields.numbers("step", 1, "the spacing is unknown", are_steps);

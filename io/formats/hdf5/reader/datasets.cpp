@@ -77,10 +77,9 @@ std::string in_words(const std::vector<hsize_t>& dims) {
 }
 
 Hdf5Handle opened_dataset(hid_t file, const std::string& name) {
-  if (H5Oexists_by_name(file, name.c_str(), followed_links()) <= 0) return {};
-  Hdf5Handle object(H5Oopen(file, name.c_str(), followed_links()), H5Oclose);
-  if (object && H5Iget_type(object.get()) == H5I_DATASET) return object;
-  return {};
+  if (!has_object(file, name)) return {};
+  Hdf5Handle object = object_at(file, name);
+  return H5Iget_type(object.get()) == H5I_DATASET ? std::move(object) : Hdf5Handle();
 }
 
 // Which data set of a file is meant.

@@ -194,8 +194,7 @@ constexpr const char* vtk_group = "/VTKHDF";
 constexpr std::string_view point_data = "/VTKHDF/PointData/", cell_data = "/VTKHDF/CellData/";
 
 Hdf5Handle opened_root(hid_t file) {
-  if (H5Lexists(file, vtk_group, followed_links()) <= 0) return {};
-  return {H5Oopen(file, vtk_group, followed_links()), H5Oclose};
+  return has_link(file, vtk_group) ? object_at(file, vtk_group) : Hdf5Handle();
 }
 
 /// Paths may be given without the first slash.
@@ -353,7 +352,7 @@ std::vector<std::string> names_of_links(hid_t group) {
 }
 
 bool is_short_list(hid_t group, const std::string& name) {
-  const Hdf5Handle object(H5Oopen(group, name.c_str(), followed_links()), H5Oclose);
+  const Hdf5Handle object = object_at(group, name);
   if (H5Iget_type(object.get()) != H5I_DATASET) return false;
   const Hdf5Handle space = space_of(object.get());
   const hssize_t count = space ? H5Sget_simple_extent_npoints(space.get()) : 0;
@@ -373,12 +372,12 @@ std::vector<std::string> unread_geometry(hid_t file, const std::string& name,
       if (is_unread(one) && !attribute_in_words(object, one).empty())
         found.push_back(where.empty() ? one : fmt::format("{} (of {})", one, where));
   };
-  const Hdf5Handle dataset(H5Oopen(file, name.c_str(), followed_links()), H5Oclose);
+  const Hdf5Handle dataset = object_at(file, name);
   look(dataset.get(), "");
   std::string path = name;
   for (int i = 0; i < most_groups && path != "/"; ++i) {
     const auto [group_path, own] = group_and_name(path);
-    const Hdf5Handle group(H5Oopen(file, group_path.c_str(), followed_links()), H5Oclose);
+    const Hdf5Handle group = object_at(file, group_path);
     look(group.get(), group_path);
     if (i == 0)
       for (const std::string& one : names_of_links(group.get()))

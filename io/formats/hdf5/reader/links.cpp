@@ -90,7 +90,7 @@ class GroupVisit {
       if (const auto link = link_at(group, path_, name, value)) visitor_.link(*link);
       return;
     }
-    const Hdf5Handle object(H5Oopen(group, name, followed_links()), H5Oclose);
+    const Hdf5Handle object = object_at(group, name);
     if (const auto address = address_of(object.get())) found_.push_back({*address, inside(path_, name)});
   }
 
@@ -106,9 +106,9 @@ std::string why_missing_after(std::vector<std::string>& passed, hid_t file, cons
     if (step.empty()) continue;
     const std::string name(step);
     const std::string group_path = std::exchange(part, inside(part, name));
-    if (H5Oexists_by_name(file, part.c_str(), followed_links()) > 0) continue;
-    if (H5Lexists(file, part.c_str(), followed_links()) <= 0) return fmt::format("there is no {}", part);
-    const Hdf5Handle group(H5Oopen(file, group_path.c_str(), followed_links()), H5Oclose);
+    if (has_object(file, part)) continue;
+    if (!has_link(file, part)) return fmt::format("there is no {}", part);
+    const Hdf5Handle group = object_at(file, group_path);
     std::string value;
     const auto link = link_at(group.get(), group_path, name, value);
     if (!link) return fmt::format("{} cannot be opened", part);
@@ -125,8 +125,16 @@ std::string why_missing_after(std::vector<std::string>& passed, hid_t file, cons
   return "";
 }
 
-herr_t refuse_servers(const char*, const char*, const char* file, const char*, unsigned*, hid_t, void*) {
-  return is_on_server(file) ? -1 : 0;
+/// How links in a path are followed: to other files, but to none on a server.
+hid_t followed_links() {
+  static const hid_t access = [] {
+    const hid_t made = H5Pcreate(H5P_LINK_ACCESS);
+    const auto refuse_servers = [](const char*, const char*, const char* file, const char*, unsigned*, hid_t,
+                                   void*) -> herr_t { return is_on_server(file) ? -1 : 0; };
+    H5Pset_elink_cb(made, refuse_servers, nullptr);
+    return made;
+  }();
+  return access;
 }
 
 }  // namespace
@@ -155,13 +163,16 @@ Hdf5Handle space_of(hid_t dataset) {
   return {H5Dget_space(dataset), H5Sclose};
 }
 
-hid_t followed_links() {
-  static const hid_t access = [] {
-    const hid_t made = H5Pcreate(H5P_LINK_ACCESS);
-    H5Pset_elink_cb(made, refuse_servers, nullptr);
-    return made;
-  }();
-  return access;
+bool has_link(hid_t where, const std::string& path) {
+  return H5Lexists(where, path.c_str(), followed_links()) > 0;
+}
+
+bool has_object(hid_t where, const std::string& path) {
+  return H5Oexists_by_name(where, path.c_str(), followed_links()) > 0;
+}
+
+Hdf5Handle object_at(hid_t where, const std::string& path) {
+  return {H5Oopen(where, path.c_str(), followed_links()), H5Oclose};
 }
 
 bool may_be_linked_to(std::string_view own, std::string_view other) {
@@ -179,7 +190,7 @@ std::string inside(const std::string& group, const std::string& name) {
 
 void visit_objects(hid_t file, Visitor& visitor) {
   std::unordered_set<haddr_t> seen;
-  const Hdf5Handle root(H5Oopen(file, "/", followed_links()), H5Oclose);
+  const Hdf5Handle root = object_at(file, "/");
   std::vector<Waiting> waiting;
   if (const auto address = address_of(root.get())) waiting.push_back({*address, "/"});
   while (!waiting.empty()) {

@@ -12,13 +12,15 @@
 
 namespace tagrid {
 
-/// True for a name such as `\\host\share\file` or `\??\UNC\…`: Windows gives the user's name and a hash of the password
-/// to such a server. Everywhere, so that files mean the same on all systems.
+/// True for a name such as `\\host\share\file` or `\??\UNC\…`: Windows gives the user's name and a hash of the
+/// password to such a server. On every system, so that a file means the same on all of them.
 bool is_on_server(std::string_view file);
 
-/// How links in a path are followed, for calls that open something: to other files, but to none on a server. A property
-/// list that stays.
-hid_t followed_links();
+/// True if there is a link, or an object, at this path below a group or in a file, and the object itself; empty if there
+/// is none. Links in a path are followed to other files, but to none on a server: no other calls open what a path names.
+bool has_link(hid_t where, const std::string& path);
+bool has_object(hid_t where, const std::string& path);
+Hdf5Handle object_at(hid_t where, const std::string& path);
 
 /// The files that a virtual data set names, by its creation properties; "." is its own. May name one more than once.
 std::vector<std::string> files_of_virtual(hid_t properties);

@@ -88,8 +88,7 @@ bool are_in_another_order(const std::vector<std::string>& names) {
 
 bool has_names_of_axes(hid_t file, const std::string& name) {
   const Hdf5Handle dataset = opened_dataset(file, name);
-  const Hdf5Handle group(H5Oopen(file, group_and_name(inside("/", name)).first.c_str(), followed_links()),
-                         H5Oclose);
+  const Hdf5Handle group = object_at(file, group_and_name(inside("/", name)).first);
   std::string source;
   return names_of_axes(group.get(), dataset.get(), inside("/", name), source).size() ==
          dims_of(dataset.get()).size();
@@ -102,7 +101,7 @@ std::vector<std::string> other_meanings(hid_t file, const std::string& name, con
   const Hdf5Handle dataset = opened_dataset(file, name);
   const Hdf5Handle type(H5Dget_type(dataset.get()), H5Tclose);
   const std::string path = inside("/", name);
-  const Hdf5Handle group(H5Oopen(file, group_and_name(path).first.c_str(), followed_links()), H5Oclose);
+  const Hdf5Handle group = object_at(file, group_and_name(path).first);
   std::string source;
   auto names = names_of_axes(group.get(), dataset.get(), path, source);
   // Axes in front with one sample are left out.
@@ -217,7 +216,7 @@ class Scale {
   }
   AttributeNumbers field(const std::string& name, bool (*is_good)(const std::vector<double>&)) const {
     AttributeNumbers found;
-    if (H5Lexists(file_, name.c_str(), followed_links()) <= 0) return found;
+    if (!has_link(file_, name)) return found;
     const Hdf5Handle dataset = opened_dataset(file_, name);
     const Hdf5Handle space = dataset ? space_of(dataset.get()) : Hdf5Handle();
     found.outcome = ForeignNumber::Outcome::unreadable;
@@ -278,7 +277,7 @@ class Scale {
   /// MINC 2 gives the values of each slice a range of their own, beside the data set.
   void look_at_minc() {
     const std::string range = name_ + "-max";
-    if (name_.ends_with("/image") && H5Lexists(file_, range.c_str(), followed_links()) > 0)
+    if (name_.ends_with("/image") && has_link(file_, range))
       doubt(fmt::format("{}: {} gives slices ranges of values (MINC), which is not supported; {}",
                         object_name_, range, unknown_values));
   }

@@ -36,14 +36,13 @@ std::string nexus_signal_of(hid_t group, const std::string& group_path) {
   const std::string path = inside(group_path, *signal);
   // Other files may have an attribute of this name, too.
   const bool is_of_nexus = text_attribute(group, "NX_class").value_or("").starts_with("NX");
-  return is_of_nexus || (!signal->empty() && H5Lexists(group, signal->c_str(), followed_links()) > 0) ? path
-                                                                                                      : "";
+  return is_of_nexus || (!signal->empty() && has_link(group, signal->c_str())) ? path : "";
 }
 
 std::string nexus_default(hid_t file, const std::string& path) {
   std::string at = "/";
   for (int depth = 0; depth < 8; ++depth) {
-    const Hdf5Handle object(H5Oopen(file, at.c_str(), followed_links()), H5Oclose);
+    const Hdf5Handle object = object_at(file, at);
     if (H5Iget_type(object.get()) == H5I_DATASET) return at;
     const bool has_signal = text_attribute(object.get(), "signal").has_value();
     const char* const attribute = has_signal ? "signal" : "default";
@@ -67,7 +66,7 @@ std::string nexus_default(hid_t file, const std::string& path) {
 
 bool is_nexus_signal(hid_t file, const std::string& path) {
   const auto [group_path, name] = group_and_name(path);
-  const Hdf5Handle group(H5Oopen(file, group_path.c_str(), followed_links()), H5Oclose);
+  const Hdf5Handle group = object_at(file, group_path);
   if (group && text_attribute(group.get(), "signal") == name) return true;
   // As older files have it.
   const Hdf5Handle dataset = opened_dataset(file, path);
@@ -173,7 +172,7 @@ std::vector<std::string> names_of_scales(hid_t dataset) {
 std::optional<PlacesOfAxes> nexus_places(hid_t file, const std::string& path, const std::string& name,
                                          const std::vector<hsize_t>& sizes) {
   const auto [group_path, own_name] = group_and_name(name);
-  const Hdf5Handle group(H5Oopen(file, group_path.c_str(), followed_links()), H5Oclose);
+  const Hdf5Handle group = object_at(file, group_path);
   const Hdf5Handle dataset = opened_dataset(file, name);
   if (!group || !dataset) return std::nullopt;
   std::vector<std::string> names = names_of_nexus_axes(group.get(), dataset.get());
@@ -232,8 +231,7 @@ std::optional<PlacesOfAxes> nexus_places(hid_t file, const std::string& path, co
 std::vector<std::string> nexus_companions(hid_t file, const std::string& path, const std::string& name) {
   if (!is_nexus_signal(file, name)) return {};
   const auto [group_path, own_name] = group_and_name(name);
-  const Hdf5Handle group(H5Oopen(file, group_path.c_str(), followed_links()), H5Oclose),
-      dataset = opened_dataset(file, name);
+  const Hdf5Handle group = object_at(file, group_path), dataset = opened_dataset(file, name);
   std::vector<std::pair<std::string, const char*>> known = {
       {own_name + "_errors", "the errors"}, {"errors", "the errors"}, {own_name + "_weights", "the weights"},
       {own_name + "_mask", "a mask"},       {"mask", "a mask"},       {"pixel_mask", "a mask"}};
@@ -241,8 +239,7 @@ std::vector<std::string> nexus_companions(hid_t file, const std::string& path, c
     known.emplace_back(*errors, "the errors");
   std::vector<std::string> sentences;
   for (const auto& [companion, what] : known)
-    if (!companion.empty() && companion != own_name &&
-        H5Lexists(group.get(), companion.c_str(), followed_links()) > 0)
+    if (!companion.empty() && companion != own_name && has_link(group.get(), companion))
       sentences.push_back(fmt::format("{}: {} has {} of the samples of {}; it is not read", path,
                                       inside(group_path, companion), what, name));
   return sentences;
