@@ -205,8 +205,9 @@ const Member& member_of_overview(const TagBricks& file, std::int64_t factor) {
     if (member.factor == factor) return member;
     there += (there.empty() ? "" : ", ") + std::to_string(member.factor);
   }
-  throw UsageError(file.name() + ": has no overview of " + std::to_string(factor) + "; " +
-                   (there.empty() ? "it has none at all" : "it has " + there));
+  throw UsageError("{}: has no overview of {}; {}; {} {} gives a smaller volume without one", file.name(),
+                   factor, there.empty() ? "it has none at all" : "it has " + there,
+                   Setting{"step", "a step of"}, factor);
 }
 
 const Member* member_of_volume(const TagBricks& file, std::int64_t volume) {

@@ -231,7 +231,9 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
       file_version != version)
     return agree ? Status::newer(words_of_version(file_version))
                  : Status::broken(words_of_version(file_version) + ", or the header is damaged");
-  if (!agree) return Status::broken("the header is damaged: its checksum does not match");
+  if (!agree)
+    return Status::broken(
+        "the header, without which nothing can be decoded, is damaged: its checksum does not match");
 
   FieldReader reader(bytes.subspan(tag_preamble_size, bytes.size() - tag_preamble_size - checksum_size));
   parameter_fields(reader, header.parameters);

@@ -166,6 +166,17 @@ class Doubts(ReaderTest):
         said = self.run_ok("verify", "a.tag", "--against", "b.raw", "--dims", "10,9,8", "--type", "uint16")
         self.assertIn("geometry: not compared: neither file defines it", said)
 
+    def test_why_a_geometry_is_not_compared(self):
+        place = "spacings: 1 1 2\n"
+        for ours, theirs, words in (("", "", "neither file defines it"), (place, "", "the original does not define it"),
+                                    ("", place, "the file does not define it"),
+                                    ("space: LPS\nspace origin: (1,2,3)\nspace directions: (1,0,0) (0,1,0) (0,0,2)\n",
+                                     "space dimension: 3\nspace origin: (1,2,3)\n",
+                                     "they define other parts of it, or in ways that cannot be compared")):
+            self.run_ok("encode", self.nrrd(ours), "-o", "a.tag", "-f")
+            said = self.run_ok("verify", "a.tag", "--against", self.nrrd(theirs, name="b.nrrd"))
+            self.assertIn(f"geometry: not compared: {words}\n", said)
+
     def test_slices_at_unequal_distances_have_their_own_places(self):
         heights = (0, 1, 2, 3, 4, 5, 6, 9.5)
         self.nrrd("space: LPS\nspace directions: (0.5,0,0) (0,0.5,0) (0,0,1)\nspace origin: (1,2,3)\nspace units: \"mm\" \"mm\" \"mm\"\nslice_positions:=" +

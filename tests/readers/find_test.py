@@ -371,11 +371,12 @@ class Find(ArchiveTest):
         self.path("closed").chmod(0o755)
         if run.returncode == 126 or "setpriv" in run.stderr or "execvp" in run.stderr:
             self.skipTest("the program cannot be started by others here")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertEqual(run.returncode, 65, run.stderr)
         self.assertIn("output=knee.nrrd", run.stdout)
         for name in ("closed", "closed.nrrd"):
             self.assertIn(f"# not listed: {self.folder}/a/{name}: cannot", run.stdout)
         self.assertIn("volumes: 1, 2 cannot be read", run.stderr)
+        self.assertIn("2 of 3 volumes cannot be read; see the comments of the list", run.stderr)
 
     def test_gaps_are_accepted_where_they_are(self):
         for z in (1, 2, 4):

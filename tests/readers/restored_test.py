@@ -447,7 +447,7 @@ def describe(path, opened):
         for sent, options, known in ((head + samples, "", {"key": "value"}), (samples, "--dims 11,9,4 --type uint16 --spacing 1,2,3", {})):
             self.write("sent", sent)
             run = subprocess.run(f"{PROGRAM} encode - {options} -v -f -o x.tag < sent", shell=True, cwd=self.folder, stderr=subprocess.PIPE, text=True)
-            self.assertIn("standard input: the files cannot be restored byte for byte: it came through a pipe", run.stderr)
+            self.assertIn("standard input: cannot be restored byte for byte: it came through a pipe", run.stderr)
             info = self.info("x.tag")
             self.assertEqual((info["restorable"], info["compression"], info["bytes"]["envelope"]), (False, None, 0))
             self.assertIn("source files    not kept", self.ok("info", "x.tag").stdout)

@@ -231,6 +231,9 @@ struct ConvertCommand {
     if (nameless > 0)
       throw BrokenInput("{} not listed, because --name gives no name or that of another one",
                         counted(nameless, "volume"));
+    if (broken > 0)
+      throw BrokenInput("{} of {} cannot be read; see the comments of the list", broken,
+                        counted(count + broken, "volume"));
   }
 
   // A line may have the bound that the command lacks. Without any, only the original of that line is kept.

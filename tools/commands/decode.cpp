@@ -8,11 +8,9 @@
 #include <optional>
 
 #include "io/files/file_attributes.h"
-#include "io/files/open_source.h"
 #include "io/files/temporaries.h"
 #include "io/metadata/rescale.h"
 #include "io/system/files.h"
-#include "io/tag/whole_bricks.h"
 #include "io/text/text.h"
 #include "pipeline/run/run.h"
 #include "tools/archive/input_removal.h"
@@ -197,22 +195,10 @@ struct DecodeCommand {
       return decode_all(ranks, path, chosen, wanted);
     } catch (const BrokenInput& broken) {
       const std::string words = words_with_repair(input, broken);
-      if (salvage || overview || !is_regular_input(input) || !has_whole_bricks()) throw BrokenInput(words);
+      if (salvage || overview || !has_intact_bricks(input, volume.value_or(0))) throw BrokenInput(words);
       const bool chosen_one = volume || count_of_volumes(input) == 1;
       throw BrokenInput(words + (chosen_one ? "; --salvage decodes the intact bricks"
                                             : "; --salvage with --volume decodes the intact bricks of one"));
-    }
-  }
-
-  /// True if the input is a damaged .tag file of which something can be decoded.
-  bool has_whole_bricks() const {
-    try {
-      std::shared_ptr<const ByteSource> source = open_source(input);
-      if (volume.value_or(0) > 0) source = volume_in(std::move(source), *volume);
-      const WholeBricks file(std::move(source));
-      return file.whole_count() > 0 && (file.is_damaged_elsewhere() || !file.lost().empty());
-    } catch (const Error&) {
-      return false;  // not even the header is whole
     }
   }
 

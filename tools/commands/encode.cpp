@@ -93,8 +93,7 @@ struct EncodeCommand {
     if (run.is_verbose()) {
       say_line(memory_summary(result.memory, result.times_read));
       if (!result.why_not_restorable.empty())
-        say("{}: the files cannot be restored byte for byte: {}", shown_input(input),
-            result.why_not_restorable);
+        say("{}: cannot be restored byte for byte: {}", shown_input(input), result.why_not_restorable);
     }
     watched.require();
     if (!remove) return;

@@ -36,9 +36,8 @@ struct RepairCommand {
     const auto parity = survey_parity(input, run, "repairing a file");
     if (!parity)
       throw BrokenInput(
-          "{}: has no parity, or none of its descriptions is left; nothing can be repaired, but "
-          "decode --salvage decodes the bricks that are intact",
-          shown_input(input));
+          "{}: has no parity, or none of its descriptions is left, so that nothing can be repaired{}",
+          shown_input(input), salvage_advice(input));
     const auto& [file, condition] = *parity;
     if (!condition.is_repairable()) {
       if (!run.quiet && !is_of_another_file(*parity)) tell_what_is_lost(condition);

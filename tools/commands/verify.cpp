@@ -260,6 +260,8 @@ struct VerifyCommand {
     report.write(figures);
     report.keep();
     if (run.quiet || run.json == "-") return;
+    if (damaged.empty())
+      fmt::print("{}: all bricks are intact; decode --salvage decodes them\n", printable(shown_input(input)));
     for (const DamagedVolume& volume : damaged) {
       const std::string name =
           printable(shown_input(input)) + (has_several ? fmt::format(": volume {}", volume.number) : "");

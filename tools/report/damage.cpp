@@ -4,15 +4,19 @@
 
 #include <algorithm>
 #include <cctype>
+#include <memory>
 #include <numeric>
 #include <string_view>
+#include <utility>
 
 #include "io/files/file_attributes.h"
 #include "io/files/open_source.h"
 #include "io/parity/parity.h"
 #include "io/tag/blocks.h"
+#include "io/tag/bricks.h"
 #include "io/tag/header.h"
 #include "io/tag/pages.h"
+#include "io/tag/whole_bricks.h"
 #include "io/text/addresses.h"
 #include "io/text/text.h"
 #include "tools/report/failure.h"
@@ -83,6 +87,22 @@ std::string words_with_repair(const std::string& input, const BrokenInput& broke
   if (is_newer_format(broken) || !is_regular_input(input) || !is_protected(input)) return words;
   return fmt::format("{}; {} rebuilds what is damaged, if its parity is sufficient", words,
                      repair_command(input));
+}
+
+bool has_intact_bricks(const std::string& input, std::int64_t volume) {
+  if (!is_regular_input(input)) return false;
+  try {
+    std::shared_ptr<const ByteSource> source = open_source(input);
+    if (volume > 0) source = volume_in(std::move(source), volume);
+    const WholeBricks file(std::move(source));
+    return file.whole_count() > 0 && (file.is_damaged_elsewhere() || !file.lost().empty());
+  } catch (const Error&) {
+    return false;  // not even the header is whole
+  }
+}
+
+std::string salvage_advice(const std::string& input) {
+  return has_intact_bricks(input, 0) ? "; decode --salvage decodes the intact bricks" : "";
 }
 
 namespace {
