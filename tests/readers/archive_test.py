@@ -66,7 +66,7 @@ class Archive(ArchiveTest):
         return volumes, broken
 
     def find(self):
-        run = self.ok("convert", "--find", "archive")
+        run = self.search("archive")
         (self.folder / "list.tsv").write_text(run.stdout)
         return run
 

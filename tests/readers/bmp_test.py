@@ -158,7 +158,7 @@ class Bmp(ReaderTest):
             self.write(f"s/mouse_rec{z}.bmp", slice)
         self.write("s/mouse_rec_spr.bmp", self.volume((1, 40, 50))[0])
         (self.folder / "s" / "mouse_rec.log").write_text(LOG)
-        run = self.ok("convert", "--find", "s")
+        run = self.search("s")
         self.assertEqual([line for line in run.stdout.splitlines() if not line.startswith("#")], [f"{self.folder}/s\tseries=mouse_rec#.bmp\toutput=mouse_rec#.bmp"])
         (self.folder / "list").write_text(run.stdout)
         for i in range(3):

@@ -327,7 +327,7 @@ class Interleaved(ReaderTest):
 
     def test_find_lists_each(self):
         self.write("s", [[(2 * i + g, {"AcquisitionNumber": g + 1}) for i in range(4)] for g in range(2)])
-        run = self.ok("convert", "--find", ".")
+        run = self.search(".")
         lines = [line for line in run.stdout.splitlines() if line and not line.startswith("#")]
         self.assertEqual(len(lines), 2, run.stdout)
 

@@ -136,7 +136,7 @@ class Edf(ReaderTest):
         self.write("s/dark0000.edf", frame(truth[0]))
         self.assertIn("s#.edf", self.assert_refused(64, "2 series", "encode", "s"))
         self.encodes(truth, "s", "--series", "s#.edf")
-        lines = [line for line in self.ok("convert", "--find", "s").stdout.splitlines() if not line.startswith("#")]
+        lines = [line for line in self.search("s").stdout.splitlines() if not line.startswith("#")]
         self.assertEqual(len(lines), 2, lines)
         (self.folder / "list").write_text("\n".join(lines) + "\n")
         self.ok("convert", "--manifest", "list", "--output-dir", "out")

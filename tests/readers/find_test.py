@@ -26,7 +26,7 @@ class Find(ArchiveTest):
 
     def find(self, *options):
         """The output of each line, with the rest of the line; and all comments. Of names of series, the UIDs alone."""
-        run = self.ok("convert", "--find", "a", *options)
+        run = self.search("a", *options)
         self.messages = run.stderr
         (self.folder / "list.tsv").write_text(run.stdout)
         lines = [line.split("\t") for line in run.stdout.splitlines() if not line.startswith("#")]

@@ -137,7 +137,7 @@ class Npy(ReaderTest):
         truth = random_samples("uint16", (5, 7, 9))
         self.write("array.dat", npy(truth))
         self.encodes(truth, "array.dat")
-        self.assertIn("array.dat", self.ok("convert", "--find", ".").stdout)
+        self.assertIn("array.dat", self.search(".").stdout)
         self.write("array.npy", b"x" * 100)
         self.assert_refused(65, "its name says that it is a NumPy array", "encode", "array.npy")
 

@@ -52,7 +52,7 @@ class OmeTiff(ReaderTest):
         self.write_set(truth, [(f"p{k}.ome.tif", 0, 4 - k, 0) for k in range(5)], **options)
 
     def lines_of_find(self, *options):
-        run = self.ok("convert", "--find", "set", *options)
+        run = self.search("set", *options)
         (self.folder / "list.tsv").write_text(run.stdout)
         return [line.split("\t") for line in run.stdout.splitlines() if not line.startswith("#")], run.stdout
 

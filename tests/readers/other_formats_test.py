@@ -68,7 +68,7 @@ class OtherFormats(ReaderTest):
     def test_search_names_them(self):
         for name in ("a.png", "a.npz", "a.surf"):
             (self.folder / name).write_bytes(KNOWN[name][0])
-        found = self.ok("convert", "--find", ".").stdout
+        found = self.search(".").stdout
         for word in ("is a PNG image", "is a NumPy archive", "is a surface of Amira"):
             self.assertIn(word, found)
 
@@ -76,7 +76,7 @@ class OtherFormats(ReaderTest):
         for name, (content, _) in KNOWN.items():
             for length in range(min(len(content), 64)):
                 (self.folder / f"{length}{name}").write_bytes(content[:length])
-        self.ok("convert", "--find", ".")
+        self.search(".")
 
     def test_directories_of_them_are_named(self):
         for folder, names, word in (("png", ("s1.png", "s2.png"), "PNG"), ("jpg", ("s1.jpg",), "JPEG image")):

@@ -86,6 +86,12 @@ class ReaderTest(unittest.TestCase):
         self.assertEqual(run.returncode, 0, f"{arguments}: {run.stderr}")
         return run
 
+    def search(self, *arguments):
+        """A run of convert --find, whose exit code must agree with its list."""
+        run = self.tagrid("convert", "--find", *arguments)
+        self.assertEqual(run.returncode, 65 if "\n# not listed: " in "\n" + run.stdout else 0, f"{arguments}: {run.stderr}")
+        return run
+
     def info(self, name):
         return json.loads(self.ok("info", name, "--json").stdout)
 

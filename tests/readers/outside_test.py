@@ -100,10 +100,10 @@ class Outside(ReaderTest):
 
     def test_lists_of_volumes(self):
         self.header("a.nhdr", NRRD + "data file: ../private/key\n")
-        found = self.ok("convert", "--find", "upload")
+        found = self.search("upload")
         self.assertIn("# not listed:", found.stdout)
         self.assertIn("--data-outside", found.stdout)
-        found = self.ok("convert", "--find", "upload", "--data-outside")
+        found = self.search("upload", "--data-outside")
         lines = [line for line in found.stdout.splitlines() if not line.startswith("#")]
         self.assertEqual(len(lines), 1, found.stdout)
         self.assertIn("\tdata-outside=true", lines[0])

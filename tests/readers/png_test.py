@@ -166,7 +166,7 @@ class Png(ReaderTest):
 
     def found(self):
         """The lines of a list of this directory by the paths in it, each with its series, and what was passed over. No warnings."""
-        run = self.ok("convert", "--find", ".")
+        run = self.search(".")
         self.assertNotIn("warning", run.stderr)
         lines = [line.split("\t") for line in run.stdout.splitlines() if not line.startswith("#")]
         self.series = sorted(next((column for column in line if column.startswith("series=")), "") for line in lines)
@@ -189,16 +189,16 @@ class Png(ReaderTest):
         # Names with several numbers are those of slices, not of pictures.
         for i, slice in enumerate(slices):
             self.write(f"cut/cut{i}_T{1200 + 7 * i * i}.png", png(slice))
-        run = self.ok("convert", "--find", "cut")
+        run = self.search("cut")
         self.assertIn("differ in several numbers", run.stderr)
         # A damaged slice is reported, and no picture.
         self.write("scan/s1.png", png(slices[1])[:-20])
-        self.assertIn("s1.png: PNG file: is truncated", self.ok("convert", "--find", "scan").stderr)
+        self.assertIn("s1.png: PNG file: is truncated", self.search("scan").stderr)
 
     def test_a_list_has_the_slices(self):
         truth = random_samples("uint16", (3, 9, 8))
         self.folder_of(truth)
-        run = self.ok("convert", "--find", "s")
+        run = self.search("s")
         self.assertEqual([line for line in run.stdout.splitlines() if not line.startswith("#")], [f"{self.folder}/s\tseries=s#.png\toutput=s#.png"])
         (self.folder / "list").write_text(run.stdout)
         self.ok("convert", "--manifest", "list", "--output-dir", "out")

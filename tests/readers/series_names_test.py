@@ -52,7 +52,7 @@ class SeriesNames(ReaderTest):
 
     def found(self, folder="s"):
         """The lines of the list, by the name of their volume."""
-        run = self.ok("convert", "--find", folder)
+        run = self.search(folder)
         lines = [line for line in run.stdout.splitlines() if not line.startswith("#")]
         return {re.search(r"series=(\S+)", line)[1]: line for line in lines}
 

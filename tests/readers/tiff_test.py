@@ -153,7 +153,7 @@ class Tiff(ReaderTest):
                 tifffile.imwrite(self.folder / folder / name, slice)
             self.assert_refused(64, f"  {said}; if they are", "encode", folder)
             warning = f"warning: {self.folder.resolve() / folder}: {said}; if they are"
-            self.assertIn(warning, self.ok("convert", "--find", folder).stderr)
+            self.assertIn(warning, self.search(folder).stderr)
 
     def test_several_series_in_a_folder(self):
         truth = volume("uint8", (6, 9, 8))

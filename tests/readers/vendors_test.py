@@ -145,7 +145,7 @@ class Vendors(ReaderTest):
         # A removed scan is both files.
         self.pyhst(truth)
         (self.folder / "scan.txt").unlink()
-        self.assertIn("scan.vol.info", self.ok("convert", "--find", ".").stdout)
+        self.assertIn("scan.vol.info", self.search(".").stdout)
         self.ok("encode", "scan.vol.info", "--rm", "-o", "kept.tag")
         self.assertEqual(sorted(path.name for path in self.folder.glob("scan*")), [])
         self.ok("restore", "kept.tag", "-o", "back")
@@ -214,7 +214,7 @@ class Vendors(ReaderTest):
                 for path in (self.folder / stem).iterdir():
                     self.assertEqual((self.folder / "back" / path.name).read_bytes(), path.read_bytes())
                 shutil.rmtree(self.folder / "back")
-            found = self.ok("convert", "--find", stem)
+            found = self.search(stem)
             lines = [line for line in found.stdout.splitlines() if not line.startswith("#")]
             self.assertEqual((len(lines), found.stdout.count("passed over")), (1, 0), found.stdout)
             (self.folder / "list.tsv").write_text(found.stdout)

@@ -172,7 +172,7 @@ class Stores(ReaderTest):
             write_group(self.folder / "a.zarr" / path)
             self.write(self.keys("."), name=f"a.zarr/{path}volume")
             names.append(f"{path}volume")
-        listed = [line for line in self.ok("convert", "--find", "a.zarr").stdout.splitlines() if not line.startswith("#")]
+        listed = [line for line in self.search("a.zarr").stdout.splitlines() if not line.startswith("#")]
         self.assertEqual([line.split("\t")[1] for line in listed], [f"dataset={name}" for name in sorted(names)])
         deep = self.folder / "deep.zarr" / "/".join(["g"] * 80)
         deep.mkdir(parents=True)

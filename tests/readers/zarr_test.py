@@ -303,7 +303,7 @@ class OmeZarr(Version3Test):
 
     def test_a_search_lists_it_once(self):
         self.write_levels(volume(), multiscales([[1, 1, 1]]), levels=1, name="b/a.ome.zarr")
-        lines = [line for line in self.ok("convert", "--find", "b").stdout.splitlines() if not line.startswith("#")]
+        lines = [line for line in self.search("b").stdout.splitlines() if not line.startswith("#")]
         self.assertEqual([line.split("\t")[0] for line in lines], [str(self.folder / "b/a.ome.zarr")])
 
 
