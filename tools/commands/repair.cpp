@@ -37,7 +37,8 @@ struct RepairCommand {
     if (!parity)
       throw BrokenInput(
           "{}: has no parity, or none of its descriptions is left, so that nothing can be repaired{}",
-          shown_input(input), salvage_advice(input));
+          shown_input(input),
+          has_intact_bricks(input, 0) ? "; decode --salvage decodes the intact bricks" : "");
     const auto& [file, condition] = *parity;
     if (!condition.is_repairable()) {
       if (!run.quiet && !is_of_another_file(*parity)) tell_what_is_lost(condition);

@@ -101,10 +101,6 @@ bool has_intact_bricks(const std::string& input, std::int64_t volume) {
   }
 }
 
-std::string salvage_advice(const std::string& input) {
-  return has_intact_bricks(input, 0) ? "; decode --salvage decodes the intact bricks" : "";
-}
-
 namespace {
 
 constexpr std::size_t most_lines = 50;

@@ -33,16 +33,13 @@ std::string words_with_repair(const std::string& input, const BrokenInput& broke
 /// True for a damaged .tag file of which some bricks of this volume can be decoded. Reads the entire file.
 bool has_intact_bricks(const std::string& input, std::int64_t volume);
 
-/// "; decode --salvage decodes the intact bricks", or "" if there are none, or nothing is damaged.
-std::string salvage_advice(const std::string& input);
-
 /// Does `work`, which reads a .tag file. Errors of damage have the words above.
 template <class Work>
 void with_repair_advice(const std::string& input, Work work) {
   try {
     work();
   } catch (const BrokenInput& broken) {
-    throw BrokenInput(words_with_repair(input, broken) + salvage_advice(input));
+    throw BrokenInput(words_with_repair(input, broken));
   }
 }
 
