@@ -143,7 +143,7 @@ class N5(ReaderTest):
         truth = random_samples("uint8", (3, 7, 11))
 
         def found():
-            lines = self.tagrid("convert", "--find", "d").stdout.splitlines()
+            lines = self.search("d").stdout.splitlines()
             return sorted(line.replace(str(self.folder), "").split("\t")[:-1] for line in lines if not line.startswith("#"))
 
         for attributes, is_n5 in (('{"blockSize":3}', False), ('{"n5": 5}', False), ('{"a": {"n5": "2.0.0"}}', False), ('{"dimensions": [3], "blockSize": [3]}', False), ('["n5"]', False),

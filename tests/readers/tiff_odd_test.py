@@ -293,7 +293,7 @@ class OddTiff(ReaderTest):
             message = self.assert_refused(65, "a01.tif and a1.tif have the same number", "encode", "s", *options)
             self.assertNotIn("--gaps-ok", message)
         self.assertIn("move one of them to another directory", message)
-        run = self.tagrid("convert", "--find", "s")
+        run = self.search("s")
         self.assertIn("# not listed: ", run.stdout)
         (self.folder / "t").mkdir()
         (self.folder / "s/a01.tif").rename(self.folder / "t/a01.tif")

@@ -260,7 +260,7 @@ struct VerifyCommand {
     report.write(figures);
     report.keep();
     if (run.quiet || run.json == "-") return;
-    if (damaged.empty())
+    if (damaged.empty() && !has_several)
       fmt::print("{}: all bricks are intact; decode --salvage decodes them\n", printable(shown_input(input)));
     for (const DamagedVolume& volume : damaged) {
       const std::string name =

@@ -203,6 +203,21 @@ TEST_F(SalvageCommand, AByteThatFollowsTheBricksCostsNone) {
   file("damaged.tag", damaged);
   fails("decode damaged.tag --salvage -o rest.nrrd", broken_input, "all bricks are intact");
   EXPECT_TRUE(content("rest.nrrd") == content("volume.nrrd"));
+  EXPECT_TRUE(has(tagrid({"verify", "damaged.tag"}).out, "all bricks are intact; decode --salvage"));
+}
+
+TEST_F(SalvageCommand, IsAdvisedOnlyWhereItHelps) {
+  make_damaged();
+  const std::string nothing = "so that nothing can be repaired", salvage = "; decode --salvage";
+  fails("repair damaged.tag -o whole.tag", broken_input, nothing + salvage);
+  EXPECT_FALSE(has(tagrid({"repair", "volume.tag", "-o", "whole.tag"}).err, salvage));
+  std::string headless = content("volume.tag");
+  headless[30] = static_cast<char>(headless[30] ^ 1);
+  file("headless.tag", headless);
+  fails("repair headless.tag -o whole.tag", broken_input, nothing);
+  EXPECT_FALSE(has(tagrid({"repair", "headless.tag", "-o", "whole.tag"}).err, salvage));
+  fails("decode headless.tag -o a.nrrd", broken_input, "without which nothing can be decoded");
+  fails("decode volume.tag --overview 8 -o a.nrrd", usage, "--step 8 gives a smaller volume");
 }
 
 TEST_F(SalvageCommand, WhatMakesNoSenseIsRefused) {

@@ -245,6 +245,13 @@ class Volumes(ProgramTest):
         self.assertEqual([box["volume"] for box in damaged], [0, 2])
         self.assertEqual(damaged[1]["high"], [70, 70, 70])
 
+    def test_nothing_is_said_of_volumes_that_cannot_be_found(self):
+        self.write("scan.nii", nifti(moments("int16", (2, 9, 9, 9))))
+        self.tagrid("encode", "scan.nii", "-o", "scan.tag")
+        with open(self.folder / "scan.tag", "ab") as file:
+            file.write(b"x")
+        self.assertEqual(self.tagrid("verify", "scan.tag", code=65).stdout, b"")
+
     def test_parity_repairs_a_volume(self):
         self.write("scan.nii", nifti(moments("int16", (3, 5, 60, 70))))
         self.tagrid("encode", "scan.nii", "-q", "--parity", "10%")
