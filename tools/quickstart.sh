@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Leads from a fresh Debian 12 or 13 to a first .tag file: installs what is missing, builds the program, makes a volume, encodes
-# it, verifies it, and shows the result. Then it builds the programs for formats with libraries of their own.
+# it, verifies it, and shows the result. Then it builds the readers of formats with libraries of their own.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -30,7 +30,7 @@ tag=$(stat -c %s "$folder/phantom.tag")
 echo
 awk -v raw="$raw" -v tag="$tag" 'BEGIN { printf "compression ratio %.2f (%d bytes became %d)\n", raw / tag, raw, tag }'
 
-step "Building the programs for DICOM, TIFF, JPEG 2000, HDF5, Zarr and OpenVDB; interrupt this if you need none of them"
+step "Building the readers of DICOM, TIFF, JPEG 2000, HDF5, Zarr and OpenVDB: a few more minutes; interrupt this if you need none"
 build
 step "Done: build/release/tagrid"
 cat <<'END'
