@@ -137,9 +137,11 @@ void KnownOutputs::require_these_keys() const {
 void KnownOutputs::read_more() {
   std::vector<FolderEntry> entries;
   if (!tagrid::files().list(given_, entries)) throw world_error("cannot read", given_, errno);
-  for (const FolderEntry& entry : entries)
-    if (entry.name.starts_with("results") && entry.name.ends_with(".jsonl"))
-      read(path_in(given_, entry.name));
+  for (const FolderEntry& entry : entries) {
+    if (!entry.name.ends_with(".jsonl")) continue;
+    if (entry.name.starts_with("results")) read(path_in(given_, entry.name));
+    if (entry.name.starts_with(events_name)) read_checks(path_in(given_, entry.name));
+  }
 }
 
 void KnownOutputs::read(const std::string& path) {
@@ -174,6 +176,29 @@ void KnownOutputs::read(const std::string& path) {
       unreadable_.push_back(fmt::format("{}: line {} is not a record", path, files_[path].lines));
     }
   }
+}
+
+void KnownOutputs::read_checks(const std::string& path) {
+  const double now = seconds_since_1970();
+  NewLines lines(path, events_[path]);
+  for (std::string line; lines.next(line);) {
+    try {
+      auto check = parse_check(line);
+      if (!check) continue;
+      CheckEvent& last = checks_[check->output];
+      // A clock may have been wrong: what was checked in the future was not.
+      if (check->finished >= last.finished || last.finished > now) last = std::move(*check);
+    } catch (const nlohmann::json::exception&) {
+      // Unlike that of a record, the loss of such a line hides no removal; `archive` commands tell of it.
+    }
+  }
+}
+
+bool KnownOutputs::was_found_damaged(const std::string& output, const std::string& path) const {
+  const KnownOutput* known = find(output);
+  const auto check = checks_.find(output);
+  return known != nullptr && check != checks_.end() && check->second.status == "damaged" &&
+         known->time.finished <= check->second.finished && is_file_of_size(path, check->second.bytes);
 }
 
 void KnownOutputs::note(RecordLine record) {
@@ -235,6 +260,8 @@ void note_records(const KnownOutputs& known, const ManifestLine& line, const std
   facts.failed = !known.last_failure(line.output).empty();
   facts.unreadable = !known.possibly_newer(line.output).empty();
   facts.output = output_at(path, newest);
+  if (facts.record == archive::Record::ok && known.was_found_damaged(line.output, path))
+    facts.record = archive::Record::damaged;
 }
 
 void note_newer_records(KnownOutputs& known, const ManifestLine& line, const std::string& path,

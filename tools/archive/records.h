@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "io/errors/errors.h"
+#include "tools/archive/events.h"
 #include "tools/archive/key_file.h"
 #include "tools/archive/manifest.h"
 #include "tools/archive/record_line.h"
@@ -72,6 +73,9 @@ class KnownOutputs {
   const std::map<std::string, KnownOutput>& all() const { return outputs_; }
   /// The line of its newest record; "" if nothing is known of it.
   std::string record_of(const std::string& output) const;
+  /// True if the last check of the output, which is at `path`, found it damaged. As in the index of an archive, a check
+  /// counts until the output has another size or a newer record.
+  bool was_found_damaged(const std::string& output, const std::string& path) const;
   /// The sequence of a record of `output` that this run writes.
   std::uint64_t next_sequence(const std::string& output) const;
   /// Why the last run that was to encode it failed; "" if it did not, or if the output was found good since.
@@ -93,6 +97,7 @@ class KnownOutputs {
     std::string failure;
   };
   void read(const std::string& path);
+  void read_checks(const std::string& path);
   void note(RecordLine record);
 
   KeyFile* keys_;
@@ -106,6 +111,8 @@ class KnownOutputs {
   /// each time that a file was read.
   std::map<std::string, std::map<std::size_t, std::size_t>> older_;
   std::map<std::string, KnownOutput> outputs_;
+  std::map<std::string, LinesRead> events_;         ///< files of events, by path
+  std::map<std::string, CheckEvent> checks_;        ///< the last ones, by output
   std::map<std::string, std::uint64_t> sequences_;  ///< the highest ones
   std::map<std::string, LastRun> last_runs_;  ///< last runs that encoded it, failed to, or had no need to
 };

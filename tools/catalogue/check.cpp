@@ -14,6 +14,7 @@
 #include "io/tag/file.h"
 #include "pipeline/run/run.h"
 #include "tools/archive/records.h"
+#include "tools/catalogue/facts.h"
 #include "tools/repair/survey.h"
 
 namespace tagrid {
@@ -60,11 +61,6 @@ bool is_repairable(const std::string& path, const RunOptions& run) {
   } catch (const Error&) {
     return false;
   }
-}
-
-std::string without_path(std::string message, const std::string& path) {
-  if (message.starts_with(path + ": ")) message.erase(0, path.size() + 2);
-  return message;
 }
 
 }  // namespace

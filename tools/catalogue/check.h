@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/archive/events.h"
 #include "tools/catalogue/catalogue.h"
-#include "tools/catalogue/events.h"
 #include "tools/options/shared_options.h"
 
 namespace tagrid {

@@ -26,4 +26,9 @@ FileFacts facts_of(const std::string& path) {
   return facts;
 }
 
+std::string without_path(std::string message, const std::string& path) {
+  if (message.starts_with(path + ": ")) message.erase(0, path.size() + 2);
+  return message;
+}
+
 }  // namespace tagrid

@@ -23,4 +23,7 @@ struct FileFacts {
 /// Reads the header and the end of a file. Throws BrokenInput and WorldError.
 FileFacts facts_of(const std::string& path);
 
+/// The message of an error without the path of the file, where the file is named anyway.
+std::string without_path(std::string message, const std::string& path);
+
 }  // namespace tagrid

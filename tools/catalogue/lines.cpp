@@ -14,9 +14,9 @@
 #include "io/errors/errors.h"
 #include "io/files/file_bytes.h"
 #include "io/system/files.h"
+#include "tools/archive/events.h"
 #include "tools/archive/manifest.h"
 #include "tools/archive/record_line.h"
-#include "tools/catalogue/events.h"
 
 namespace tagrid {
 namespace {

@@ -106,7 +106,7 @@ ReadFile read_file(const std::string& path) {
   try {
     return {facts_of(path), ""};
   } catch (const Error& error) {
-    return {std::nullopt, error.what()};
+    return {std::nullopt, without_path(error.what(), path)};
   }
 }
 

@@ -48,6 +48,9 @@ RecordsEditor::RecordsEditor(const std::string& folder, const std::string& keys)
 
 void RecordsEditor::commit() {
   for (const auto& file : rewritten_) file->commit();
+  // On some systems, a file that was replaced has a name until it is closed.
+  rewritten_.clear();
+  held_.clear();
 }
 
 int RecordsEditor::nesting(std::string_view line) {

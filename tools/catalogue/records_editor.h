@@ -59,6 +59,7 @@ class RecordsEditor {
     }
     return unknown;
   }
+  /// Gives them their names. No file is held after this.
   void commit();
 
  private:

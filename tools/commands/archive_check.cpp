@@ -151,8 +151,8 @@ struct CheckCommand : ArchiveCommand {
                  sums.unknown > 0 ? fmt::format(", {} could not be read", sums.unknown) : "");
     std::fflush(stdout);
     if (sums.damaged + sums.missing > 0)
-      throw BrokenInput("{}: {} of {} checked volumes are not intact{}", folder, sums.damaged + sums.missing,
-                        sums.checked,
+      throw BrokenInput("{}: {} of {} checked volumes {} not intact{}", folder, sums.damaged + sums.missing,
+                        sums.checked, sums.damaged + sums.missing == 1 ? "is" : "are",
                         sums.repairable > 0
                             ? fmt::format("; `tagrid archive repair {}` repairs {}", folder, sums.repairable)
                             : "");
@@ -218,6 +218,7 @@ struct ArchiveRepairCommand : ArchiveCommand {
     const Catalogue catalogue = opened();
     CheckRun checks(catalogue, run);
     std::size_t repaired = 0, intact = 0, failed = 0;
+    std::vector<CatalogueEntry> unchecked;
     for (const CatalogueEntry& entry : chosen_entries(catalogue)) {
       const std::string path = catalogue.path_of(entry.name);
       try {
@@ -242,13 +243,20 @@ struct ArchiveRepairCommand : ArchiveCommand {
       } catch (const Error& error) {
         ++failed;
         say("tagrid: {}", current_failure().message);
+        if (entry.bytes && entry.check != "damaged") unchecked.push_back(entry);
       }
     }
+    // `convert --skip-done` encodes again what a check found damaged.
+    for (const CatalogueEntry& entry : unchecked)
+      checks.check_some({&entry, 1}, false, [](const Checked&) {});
     if (!run.quiet) fmt::print("{} repaired, {} intact, {} not repaired\n", repaired, intact, failed);
     std::fflush(stdout);
     if (failed > 0)
-      throw BrokenInput("{}: {} could not be repaired; restore them from a copy", folder,
-                        counted(failed, "volume"));
+      throw BrokenInput(
+          "{}: {} could not be repaired; convert again with --skip-done if {} still there, otherwise restore "
+          "{} from a copy",
+          folder, counted(failed, "volume"), failed == 1 ? "its original is" : "their originals are",
+          failed == 1 ? "it" : "them");
   }
 };
 

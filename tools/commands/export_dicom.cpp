@@ -17,10 +17,12 @@
 #include "io/metadata/loss.h"
 #include "io/system/files.h"
 #include "io/tag/bricks.h"
+#include "io/tag/file.h"
 #include "io/text/text.h"
 #include "pipeline/restore/restore.h"
 #include "tools/commands/commands.h"
 #include "tools/report/damage.h"
+#include "tools/report/failure.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 
@@ -74,34 +76,51 @@ DicomExport export_of(const TagBricks& file) {
   return how;
 }
 
+/// True if no byte of the file was changed: its content is refused, which no repair changes.
+bool is_intact(const std::string& input) {
+  try {
+    TagReader(input).read_to_end();
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+void export_series(const std::string& input, const std::string& folder, bool overwrite, const RunOptions& run,
+                   const Ranks& ranks) {
+  if (remove_abandoned_folders({folder}) > 0 && run.is_watched())
+    say_line("tagrid: removed the hidden directory of a killed run");
+  const TagBricks file(open_source(input));
+  if (file.sizes().envelope == 0)
+    throw UsageError(
+        "keeps no source files, whose headers a DICOM series needs: it was not made from DICOM files, or "
+        "without their headers (--strip, --grid-only, or a pipe); give another --format, such as nrrd or "
+        "nifti");
+  const DicomExport how = export_of(file);
+  OutputFolder target(folder, overwrite, attributes_of(input), is_series);
+  ProgressMeter meter(run.progress, run.quiet, "exporting", 1);
+  Finished<RestoreResult> restored = restore_files({.input = input,
+                                                    .folder = target.hidden(),
+                                                    .exported = how,
+                                                    .resources = run.resources(ranks),
+                                                    .progress = meter.progress()});
+  restored.commit();
+  target.publish();
+  target.keep();
+  if (run.is_verbose())
+    say("{}: {}, {}", folder, counted(restored.result.kept.files.size(), "DICOM file"),
+        how.loss.empty() ? "with exact samples" : how.loss);
+}
+
 }  // namespace
 
 void export_as_dicom(const std::string& input, const std::string& folder, bool overwrite,
                      const RunOptions& run, const Ranks& ranks) {
-  with_repair_advice(input, [&] {
-    if (remove_abandoned_folders({folder}) > 0 && run.is_watched())
-      say_line("tagrid: removed the hidden directory of a killed run");
-    const TagBricks file(open_source(input));
-    if (file.sizes().envelope == 0)
-      throw UsageError(
-          "keeps no source files, whose headers a DICOM series needs: it was not made from DICOM files, or "
-          "without their headers (--strip, --grid-only, or a pipe); give another --format, such as nrrd or "
-          "nifti");
-    const DicomExport how = export_of(file);
-    OutputFolder target(folder, overwrite, attributes_of(input), is_series);
-    ProgressMeter meter(run.progress, run.quiet, "exporting", 1);
-    Finished<RestoreResult> restored = restore_files({.input = input,
-                                                      .folder = target.hidden(),
-                                                      .exported = how,
-                                                      .resources = run.resources(ranks),
-                                                      .progress = meter.progress()});
-    restored.commit();
-    target.publish();
-    target.keep();
-    if (run.is_verbose())
-      say("{}: {}, {}", folder, counted(restored.result.kept.files.size(), "DICOM file"),
-          how.loss.empty() ? "with exact samples" : how.loss);
-  });
+  try {
+    export_series(input, folder, overwrite, run, ranks);
+  } catch (const BrokenInput& broken) {
+    throw BrokenInput(is_intact(input) ? words_of(broken) : words_with_repair(input, broken));
+  }
 }
 
 }  // namespace tagrid

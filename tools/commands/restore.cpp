@@ -67,6 +67,8 @@ struct RestoreCommand {
     if (!keys.empty()) key_file.emplace(keys);
     const auto [originals, unknown] = removed_originals(records, key_file ? &*key_file : nullptr);
     const std::string all = folder_of_all(originals);
+    std::optional<ReturnedOriginals> returned;
+    if (output.path.empty()) returned.emplace(records, key_file ? &*key_file : nullptr);
     std::size_t restored = 0, there = 0, failed = 0;
     for (const RemovedOriginal& original : originals) {
       // Not even with -f, which is for what is left of an original: others may have been changed since.
@@ -93,6 +95,7 @@ struct RestoreCommand {
                original.folder, original.input);
         with_repair_advice(one.input, [&] { one.execute(ranks); });
         ++restored;
+        if (returned) record_return(original, returned);
       } catch (const std::exception&) {
         ++failed;
         say("tagrid: {}: {}", original.input, current_failure().message);
@@ -107,6 +110,18 @@ struct RestoreCommand {
     if (!unknown.empty())
       throw BrokenInput(records +
                         ": some records cannot be read, so originals that they name were not restored");
+  }
+
+  /// Archives on read-only disks are restored, too: after the first failure, nothing is recorded.
+  void record_return(const RemovedOriginal& original, std::optional<ReturnedOriginals>& returned) const {
+    try {
+      returned->record(original);
+    } catch (const std::exception&) {
+      warn(run,
+           "{}; from here on, the records do not say which originals are back; convert --skip-done does it",
+           current_failure().message);
+      returned.reset();
+    }
   }
 
   Finished<RestoreResult> restore(const Ranks& ranks) const {

@@ -353,5 +353,55 @@ TEST(ConvertInMemory, AnInputThatChangesMeanwhileBecomesNoOutput) {
   EXPECT_GT(refused, looks / 2);
 }
 
+/// Files of a system on which an older file that was set aside has its name until it is closed.
+class SeenUntilClosed : public MemoryFiles {
+ public:
+  int open(const std::string& name, const Opening& how) override {
+    const int file = MemoryFiles::open(name, how);
+    if (file >= 0) open_.insert(file);
+    return file;
+  }
+  bool unlink(const std::string& path) override {
+    if (path.find(".old") == path.npos || !is_open(path)) return MemoryFiles::unlink(path);
+    unlinked_.insert(path);
+    return true;
+  }
+  bool close(int file) override {
+    open_.erase(file);
+    const bool is_closed = MemoryFiles::close(file);
+    std::erase_if(unlinked_,
+                  [&](const std::string& path) { return !is_open(path) && MemoryFiles::unlink(path); });
+    return is_closed;
+  }
+  std::size_t unlinked() const { return unlinked_.size(); }
+
+ private:
+  bool is_open(const std::string& path) {
+    FileStatus named, ours;
+    return MemoryFiles::status(path, false, named) && std::ranges::any_of(open_, [&](int file) {
+             return MemoryFiles::status(file, ours) && ours.is_same_file(named);
+           });
+  }
+  std::set<int> open_;
+  std::set<std::string> unlinked_;  ///< names that go when their files are closed
+};
+
+TEST(ForgetInMemory, DoesNotSearchTheRecordsThatItReplaced) {
+  testing::internal::CaptureStderr();
+  SeenUntilClosed files;
+  files.add("/memory/in/a.nrrd", volume(1));
+  files.add("/memory/in/b.nrrd", volume(2, false));
+  files.add("/memory/in/list", "/memory/in/a.nrrd\n/memory/in/b.nrrd\n");
+  files.add_folder("/memory/out");
+  const FilesInstead instead(files);
+  EXPECT_EQ(
+      run(with({"convert", "--manifest", "/memory/in/list", "--output-dir", "/memory/out/new"}, coding)).code,
+      0);
+  const Failure failure = run({"archive", "forget", "/memory/out/new", "a.tag", "--yes", "-q", "-T1"});
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(failure.code, 0) << failure.message << said;
+  EXPECT_EQ(files.unlinked(), 0U);
+}
+
 }  // namespace
 }  // namespace tagrid

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "io/errors/errors.h"
+#include "tools/archive/events.h"
 #include "tools/archive/subject.h"
 #include "tools/catalogue/check.h"
 #include "tools/catalogue/database.h"
-#include "tools/catalogue/events.h"
 
 namespace tagrid {
 namespace {

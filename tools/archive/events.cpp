@@ -1,4 +1,4 @@
-#include "tools/catalogue/events.h"
+#include "tools/archive/events.h"
 
 #include <nlohmann/json.hpp>
 

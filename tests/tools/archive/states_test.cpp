@@ -1,0 +1,145 @@
+// What the commands of an archive say of its volumes, and what `convert` and `restore` do about it.
+#include "tests/support/conversions.h"
+
+namespace tagrid {
+namespace {
+
+class ArchiveStates : public Conversions<CommandLine> {
+ protected:
+  Ending archive(const std::string& action, const Arguments& more = {}) const {
+    return tagrid(this->with(Arguments{"archive", action, "out"}, more));
+  }
+  /// Changes bytes in the middle of a file, which keeps its size and time.
+  void rot(const std::string& name) const {
+    const auto time = std::filesystem::last_write_time(path(name));
+    std::string bytes = content(name);
+    for (std::size_t i = bytes.size() / 2; i < bytes.size() / 2 + 8; ++i)
+      bytes[i] = static_cast<char>(bytes[i] ^ 1);
+    file(name, bytes);
+    std::filesystem::last_write_time(path(name), time);
+  }
+};
+
+TEST_F(ArchiveStates, WhatACheckFoundDamagedIsEncodedAgain) {
+  converted(2);
+  const std::string good = content("out/a.tag"), original = content("a.nrrd");
+  for (const Arguments& options : {Arguments{"--skip-done"}, {"--skip-done", "-f"}}) {
+    rot("out/a.tag");
+    const Ending check = archive("check");
+    EXPECT_EQ(check.code, broken_input);
+    EXPECT_TRUE(has(check.err, "1 of 2 checked volumes is not intact")) << check.err;
+    const Ending repair = archive("repair");
+    EXPECT_EQ(repair.code, broken_input);
+    EXPECT_TRUE(has(repair.err,
+                    "1 volume could not be repaired; convert again with --skip-done if its original is still "
+                    "there, otherwise restore it from a copy"))
+        << repair.err;
+    expect_ok(convert(options));
+    EXPECT_EQ(statuses(2), "a ok, b skipped");
+    EXPECT_FALSE(last()["compared"]);
+    EXPECT_TRUE(content("out/a.tag") == good);
+    EXPECT_TRUE(content("a.nrrd") == original);
+    // The check was of the older file.
+    expect_ok(convert(options));
+    EXPECT_EQ(statuses(2), "a skipped, b skipped");
+    expect_ok(archive("check"));
+  }
+}
+
+TEST_F(ArchiveStates, WhatWasRepairedSinceIsDone) {
+  converted(1, {"--parity", "30%"});
+  rot("out/a.tag");
+  EXPECT_EQ(archive("check").code, broken_input);
+  expect_ok(archive("repair"));
+  expect_ok(convert({"--parity", "30%", "--skip-done"}));
+  EXPECT_EQ(statuses(1), "a skipped");
+}
+
+TEST_F(ArchiveStates, ARepairThatFailsIsACheck) {
+  converted(1);
+  rot("out/a.tag");
+  EXPECT_EQ(archive("repair", {"a.tag"}).code, broken_input);
+  expect_ok(convert({"--skip-done"}));
+  EXPECT_EQ(statuses(1), "a ok");
+}
+
+TEST_F(ArchiveStates, ADamagedOnlyCopyIsNotReplaced) {
+  converted(1);
+  expect_ok(convert({"--remove-verified"}));
+  rot("out/a.tag");
+  const std::string damaged = content("out/a.tag");
+  EXPECT_EQ(archive("check").code, broken_input);
+  volume("a.nrrd", 7);
+  for (const Arguments& options : {Arguments{"--skip-done"}, {"--skip-done", "-f"}, {"-f"}})
+    EXPECT_EQ(convert(options).code, broken_input);
+  EXPECT_TRUE(content("out/a.tag") == damaged);
+}
+
+TEST_F(ArchiveStates, ChecksThatCannotBeReadSayNothing) {
+  converted(1);
+  file("out/events.jsonl", "not an event\n{\"event\": \"other\"}\n{\"event\": \"check\"}\n");
+  expect_ok(convert({"--skip-done"}));
+  EXPECT_EQ(statuses(1), "a skipped");
+}
+
+TEST_F(ArchiveStates, OriginalsThatAreBackAreKept) {
+  converted(1);
+  expect_ok(convert({"--remove-verified"}));
+  EXPECT_TRUE(has(archive("list", {"original=removed"}).out, "a.tag"));
+  // Elsewhere, it is no original.
+  works("restore --records out -o elsewhere");
+  EXPECT_TRUE(has(archive("list", {"original=removed"}).out, "a.tag"));
+  works("restore --records out");
+  EXPECT_FALSE(has(archive("list", {"original=removed"}).out, "a.tag"));
+  EXPECT_TRUE(has(archive("list", {"original=kept"}).out, "a.tag"));
+  const Ending forget = archive("forget", {"a.tag"});
+  EXPECT_TRUE(has(forget.err, "would remove 1 volume, of which 0 are the only copies")) << forget.err;
+  // It is what was encoded, and may be removed again.
+  expect_ok(convert({"--skip-done"}));
+  EXPECT_EQ(statuses(1), "a skipped");
+  expect_ok(convert({"--remove-verified"}));
+  EXPECT_FALSE(exists("a.nrrd"));
+  EXPECT_TRUE(has(archive("list", {"original=removed"}).out, "a.tag"));
+  works("restore --records out");
+  EXPECT_TRUE(exists("a.nrrd"));
+  EXPECT_EQ(statuses(2, "out/results-restored.jsonl"), "a ok, a ok");
+}
+
+TEST_F(ArchiveStates, WhatDiffersFromTheOriginalIsNotTheOriginal) {
+  converted(1, {"--max-error", "3"});
+  expect_ok(convert({"--max-error", "3", "--remove-verified"}));
+  EXPECT_EQ(tagrid({"restore", "--records", "out"}).code, 0);
+  EXPECT_TRUE(exists("a.nrrd"));
+  EXPECT_TRUE(has(archive("list", {"original=removed"}).out, "a.tag"));
+}
+
+TEST_F(ArchiveStates, OriginalsComeBackAlsoIfNobodyCanRecordIt) {
+  converted(1);
+  expect_ok(convert({"--remove-verified"}));
+  const Ending ending = script("flock out/results-restored.jsonl $TAGRID restore --records out");
+  EXPECT_EQ(ending.code, 0);
+  EXPECT_TRUE(has(ending.err, "from here on, the records do not say which originals are back")) << ending.err;
+  EXPECT_TRUE(exists("a.nrrd"));
+}
+
+TEST_F(ArchiveStates, ARefusedExportOfAnIntactVolumeAdvisesNoRepair) {
+  converted(1, {"--parity", "30%"});
+  const Arguments dicom = {"a.tag", "--format", "dicom", "-o", "exported"};
+  const Ending refused = archive("export", dicom);
+  EXPECT_EQ(refused.code, broken_input);
+  EXPECT_TRUE(has(refused.err, "choose another format, such as nrrd or nifti")) << refused.err;
+  EXPECT_FALSE(has(refused.err, "tagrid repair")) << refused.err;
+  rot("out/a.tag");
+  EXPECT_TRUE(has(archive("export", dicom).err, "tagrid repair out/a.tag"));
+}
+
+TEST_F(ArchiveStates, AListNamesAnUnreadableFileOnce) {
+  converted(1);
+  file("out/a.tag", "this is something else");
+  const std::string list = archive("list").out;
+  EXPECT_TRUE(has(list, "  a.tag: this is not a .tag file")) << list;
+  EXPECT_FALSE(has(list, "out/a.tag")) << list;
+}
+
+}  // namespace
+}  // namespace tagrid
