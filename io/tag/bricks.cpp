@@ -205,17 +205,23 @@ const Member& member_of_overview(const TagBricks& file, std::int64_t factor) {
     if (member.factor == factor) return member;
     there += (there.empty() ? "" : ", ") + std::to_string(member.factor);
   }
+  there = there.empty() ? "it has none at all" : "it has " + there;
+  if (factor == 1 || !file.parameters().has_step(factor))
+    throw UsageError("{}: has no overview of {}; {}", file.name(), factor, there);
   throw UsageError("{}: has no overview of {}; {}; {} {} gives a smaller volume without one", file.name(),
-                   factor, there.empty() ? "it has none at all" : "it has " + there,
-                   Setting{"step", "a step of"}, factor);
+                   factor, there, Setting{"step", "a step of"}, factor);
 }
 
-const Member* member_of_volume(const TagBricks& file, std::int64_t volume) {
+void require_volume(const IndexedTag& file, std::int64_t volume) {
   const int volumes = file.header().volumes;
   if (volume < 0 || volume >= volumes)
     throw UsageError(
         file.name() + ": no volume " + std::to_string(volume) +
         (volumes == 1 ? "; the only volume is 0" : "; the volumes are 0 to " + std::to_string(volumes - 1)));
+}
+
+const Member* member_of_volume(const TagBricks& file, std::int64_t volume) {
+  require_volume(file, volume);
   return volume == 0 ? nullptr : &file.index().members[static_cast<std::size_t>(volume - 1)];
 }
 

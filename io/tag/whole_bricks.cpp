@@ -18,17 +18,21 @@ std::uint64_t stored_checksum(std::span<const std::byte> block) {
 
 }  // namespace
 
-WholeBricks::WholeBricks(std::shared_ptr<const ByteSource> source) : IndexedTag(std::move(source)) {
-  read_index();
-  look_at_bricks();
+DamagedTag::DamagedTag(std::shared_ptr<const ByteSource> source) : IndexedTag(std::move(source)) {
+  if (has_read_index() || parity_) return;
+  // If the end of the parity is damaged or lost, another part of it says where the footer is.
+  parity_ = search_for_parity(*source_);
+  if (!parity_) return;
+  is_end_damaged_ = true;
+  source_ = beginning_of(source_, std::min(parity_->file_size, source_->size()));
+  has_read_index();
 }
 
-bool WholeBricks::has_read_index() {
+bool DamagedTag::has_read_index() {
   try {
     End end = read_end();
     index_ = std::move(end.index);
     index_start_ = end.start;
-    pages_.emplace(source_, header_size_, header_.parameters.bricks().count(), index_->pages);
   } catch (const BrokenInput& broken) {
     // Damage is expected: index_ stays empty.
     if (is_newer_format(broken)) throw;
@@ -36,14 +40,17 @@ bool WholeBricks::has_read_index() {
   return index_.has_value();
 }
 
-void WholeBricks::read_index() {
-  if (has_read_index() || parity_) return;
-  // If the end of the parity is damaged or lost, another part of it says where the footer is.
-  parity_ = search_for_parity(*source_);
-  if (!parity_) return;
-  is_damaged_elsewhere_ = true;
-  source_ = beginning_of(source_, std::min(parity_->file_size, source_->size()));
-  has_read_index();
+std::shared_ptr<const ByteSource> DamagedTag::volume(std::int64_t number) const {
+  require_volume(*this, number);
+  if (number == 0) return source_;
+  if (!index_)
+    throw BrokenInput("{}: volume {} cannot be found: the end of the file is damaged", name(), number);
+  return bytes_of(index_->members[static_cast<std::size_t>(number - 1)]);
+}
+
+WholeBricks::WholeBricks(std::shared_ptr<const ByteSource> source) : DamagedTag(std::move(source)) {
+  if (index()) pages_.emplace(source_, header_size_, header_.parameters.bricks().count(), index()->pages);
+  look_at_bricks();
 }
 
 std::vector<std::byte> WholeBricks::block_at(std::uint64_t position, std::int64_t brick) const {
@@ -139,27 +146,27 @@ void WholeBricks::look_at_bricks() {
       if (starts.empty() && i > 0 && !places_.back().is_whole) break;
       if (!look_at_brick(walk, starts.empty() ? 0 : starts[n + 1] - starts[n])) break;
     }
-    if (!index_ && static_cast<std::int64_t>(places_.size()) < end) return;
+    if (!index() && static_cast<std::int64_t>(places_.size()) < end) return;
     // Bricks that nobody finds; the directory says where the next page is.
     const bool are_found = static_cast<std::int64_t>(places_.size()) == end;
     places_.resize(static_cast<std::size_t>(end));
     const auto content = static_cast<std::uint64_t>(bricks);
     const std::uint64_t sizes = content * sizes_entry, statistics = content * statistics_entry,
-                        limit = index_ ? pages_->start(page + 1) : source_->size();
+                        limit = index() ? pages_->start(page + 1) : source_->size();
     const bool is_page_whole = are_found && look_at_packed(walk, sizes_marker, {sizes, sizes}, limit) &&
                                look_at_packed(walk, statistics_marker, {statistics, statistics}, limit);
     if (is_page_whole) continue;
     is_damaged_elsewhere_ = true;
-    if (!index_) return;
+    if (!index()) return;
     walk.position = pages_->start(page + 1);
     walk.before = checksum_before(walk.position);
     if (walk.is_of_brick) walk.should_be.reset();
   }
-  if (!index_) return;
-  const std::uint64_t end = index_->members.empty() ? index_start_ : index_->members.front().offset;
+  if (!index()) return;
+  const std::uint64_t end = index()->members.empty() ? index_start_ : index()->members.front().offset;
   while (walk.position < end && look_at_packed(walk, envelope_marker, envelope_content, end)) {
   }
-  for (const Member& member : index_->members)
+  for (const Member& member : index()->members)
     if (!is_bound(member)) damaged_members_.push_back(member);
 }
 

@@ -112,9 +112,10 @@ class SalvagedBricks : public BricksOfRun {
   std::set<std::int64_t> broken_;  // intact, but not decodable, or not of this file
 };
 
-// The first volume can be found even if the index is damaged.
 std::shared_ptr<const ByteSource> source_to_salvage(const DecodeRun& run) {
-  return run.volume.value_or(0) == 0 ? open_source(run.input) : source_of(run);
+  std::shared_ptr<const ByteSource> file = open_source(run.input);
+  // The first volume is found in the whole file, of which the end may be damaged.
+  return run.volume.value_or(0) == 0 ? file : DamagedTag(std::move(file)).volume(*run.volume);
 }
 
 std::unique_ptr<BricksOfRun> bricks_of(const DecodeRun& run) {

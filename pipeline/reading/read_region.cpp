@@ -130,8 +130,7 @@ void refuse_region(std::int64_t low, std::int64_t high, int axis, std::int64_t s
 
 Region region_of(const WantedRegion& wanted, const CodingParameters& parameters) {
   const Index3& dims = parameters.dims;
-  if (wanted.step < 1 || wanted.step > parameters.cube_size ||
-      !std::has_single_bit(static_cast<std::uint64_t>(wanted.step)))
+  if (!parameters.has_step(wanted.step))
     throw UsageError(
         "a step of {} is not possible: it must be a power of two from 1 to {}, the edge of this "
         "file's root cubes",

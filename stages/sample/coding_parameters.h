@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -120,6 +121,11 @@ struct CodingParameters {
   /// True if the decoded samples alone determine the grid of the original: the criterion marks the same points.
   bool implies_grid() const {
     return mode == FileMode::voxels && is_exact() && surface_error < 0 && mesh_error < 0;
+  }
+
+  /// True if every `step`-th sample along each axis can be decoded alone: for powers of two up to a root cube.
+  bool has_step(std::int64_t step) const {
+    return step >= 1 && step <= cube_size && std::has_single_bit(static_cast<std::uint64_t>(step));
   }
 
   Domain domain() const { return {dims, cube_size, lead}; }

@@ -194,11 +194,8 @@ struct DecodeCommand {
     try {
       return decode_all(ranks, path, chosen, wanted);
     } catch (const BrokenInput& broken) {
-      const std::string words = words_with_repair(input, broken);
-      if (salvage || overview || !has_intact_bricks(input, volume.value_or(0))) throw BrokenInput(words);
-      const bool chosen_one = volume || count_of_volumes(input) == 1;
-      throw BrokenInput(words + (chosen_one ? "; --salvage decodes the intact bricks"
-                                            : "; --salvage with --volume decodes the intact bricks of one"));
+      throw BrokenInput(salvage || overview ? words_with_repair(input, broken)
+                                            : words_with_salvage(input, broken, volume));
     }
   }
 

@@ -37,12 +37,12 @@ struct RepairCommand {
     if (!parity)
       throw BrokenInput(
           "{}: has no parity, or none of its descriptions is left, so that nothing can be repaired{}",
-          shown_input(input),
-          has_intact_bricks(input, 0) ? "; decode --salvage decodes the intact bricks" : "");
+          shown_input(input), salvage_advice(input));
     const auto& [file, condition] = *parity;
     if (!condition.is_repairable()) {
       if (!run.quiet && !is_of_another_file(*parity)) tell_what_is_lost(condition);
-      throw BrokenInput("{}: {}", shown_input(input), why_not_repairable(*parity, input));
+      throw BrokenInput("{}: {}{}", shown_input(input), why_not_repairable(*parity, input),
+                        salvage_advice(input));
     }
     const bool is_proven = repair_file(*parity, watched, input, output.path, output.overwrite, run, ranks);
     if (!run.quiet) tell(file, condition);

@@ -256,10 +256,15 @@ struct VerifyCommand {
         if (has_several) box["volume"] = volume.number;
         boxes.push_back(std::move(box));
       }
+    const bool has_directory = file->index().has_value();
+    if (has_several) figures.more["volumes_found"] = has_directory ? file->header().volumes : 1;
     if (parity) figures.more["parity"] = json_of(parity->condition);
     report.write(figures);
     report.keep();
     if (run.quiet || run.json == "-") return;
+    if (has_several && !has_directory)
+      fmt::print("{}: only volume 0 of {} can be found, as the directory is damaged\n",
+                 printable(shown_input(input)), file->header().volumes);
     if (damaged.empty() && !has_several)
       fmt::print("{}: all bricks are intact; decode --salvage decodes them\n", printable(shown_input(input)));
     for (const DamagedVolume& volume : damaged) {

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -18,6 +19,7 @@
 #include "io/tag/pages.h"
 #include "io/tag/whole_bricks.h"
 #include "io/text/addresses.h"
+#include "io/text/paths.h"
 #include "io/text/text.h"
 #include "tools/report/failure.h"
 #include "tools/report/process.h"
@@ -64,6 +66,7 @@ std::string word_of_command(std::string_view path) {
            std::string_view("_@%+=:,./-").find(c) != std::string_view::npos;
   };
   // Within $'...', shells read the escapes of printable().
+  if (is_windows) return std::ranges::all_of(word, is_plain) ? word : fmt::format("\"{}\"", word);
   const bool is_printable = printable(word) == word;
   if (is_printable && !word.empty() && std::ranges::all_of(word, is_plain)) return word;
   std::string quoted;
@@ -82,23 +85,64 @@ std::string repair_command(const std::string& input) {
   return fmt::format("tagrid repair {} -o OUT", word_of_command(input));
 }
 
-std::string words_with_repair(const std::string& input, const BrokenInput& broken) {
-  const std::string words = words_of_damage(input, broken);
-  if (is_newer_format(broken) || !is_regular_input(input) || !is_protected(input)) return words;
+namespace {
+
+std::string with_repair(const std::string& words, const std::string& input) {
   return fmt::format("{}; {} rebuilds what is damaged, if its parity is sufficient", words,
                      repair_command(input));
 }
 
-bool has_intact_bricks(const std::string& input, std::int64_t volume) {
-  if (!is_regular_input(input)) return false;
+/// Nothing of a file of which not even the header is intact.
+std::optional<WholeBricks> remains_of(const std::string& input) {
+  if (!is_regular_input(input)) return std::nullopt;
   try {
-    std::shared_ptr<const ByteSource> source = open_source(input);
-    if (volume > 0) source = volume_in(std::move(source), volume);
-    const WholeBricks file(std::move(source));
-    return file.whole_count() > 0 && (file.is_damaged_elsewhere() || !file.lost().empty());
+    return std::optional<WholeBricks>(std::in_place, open_source(input));
   } catch (const Error&) {
-    return false;  // not even the header is whole
+    return std::nullopt;
   }
+}
+
+bool has_intact_bricks(const WholeBricks& file, std::int64_t volume) {
+  if (volume == 0) return file.whole_count() > 0;
+  try {
+    return WholeBricks(file.volume(volume)).whole_count() > 0;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+std::string salvage_advice(const WholeBricks& file, const std::string& input,
+                           std::optional<std::int64_t> volume) {
+  if (file.lost().empty() && !file.is_damaged_elsewhere()) return "";
+  const std::int64_t volumes = file.header().volumes;
+  std::int64_t number = volume.value_or(0);
+  while (number < volumes && !has_intact_bricks(file, number)) number = volume ? volumes : number + 1;
+  if (number >= volumes) return "";
+  return fmt::format("; tagrid decode {} --salvage{} decodes the intact bricks{}", word_of_command(input),
+                     volumes > 1 ? fmt::format(" --volume {}", number) : "",
+                     volumes > 1 && !volume ? " of one volume" : "");
+}
+
+}  // namespace
+
+std::string words_with_repair(const std::string& input, const BrokenInput& broken) {
+  const std::string words = words_of_damage(input, broken);
+  const bool is_repairable = !is_newer_format(broken) && is_regular_input(input) && is_protected(input);
+  return is_repairable ? with_repair(words, input) : words;
+}
+
+std::string salvage_advice(const std::string& input, std::optional<std::int64_t> volume) {
+  const std::optional<WholeBricks> file = remains_of(input);
+  return file ? salvage_advice(*file, input, volume) : "";
+}
+
+std::string words_with_salvage(const std::string& input, const BrokenInput& broken,
+                               std::optional<std::int64_t> volume) {
+  std::string words = words_with_repair(input, broken);
+  const std::optional<WholeBricks> file = remains_of(input);
+  if (!file) return words;
+  if (file->has_parity() && !is_protected(input)) words = with_repair(words, input);
+  return words + salvage_advice(*file, input, volume);
 }
 
 namespace {

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,7 +22,8 @@ bool file_begins_as_tag(const ByteSource& file);
 /// parity, it says that the beginning is damaged.
 std::string words_of_damage(const std::string& input, const BrokenInput& broken);
 
-/// A path as it is written in a command of a shell: 'my scan.tag', in quotes only if it needs them.
+/// A path as it is written in a command of a shell: 'my scan.tag', in quotes only if it needs them. Those of
+/// Windows are double.
 std::string word_of_command(std::string_view path);
 
 /// "tagrid repair scan.tag -o OUT".
@@ -30,8 +32,13 @@ std::string repair_command(const std::string& input);
 /// The same, and how to repair a file that has parity.
 std::string words_with_repair(const std::string& input, const BrokenInput& broken);
 
-/// True for a damaged .tag file of which some bricks of this volume can be decoded. Reads the entire file.
-bool has_intact_bricks(const std::string& input, std::int64_t volume);
+/// "; tagrid decode scan.tag --salvage decodes the intact bricks", of the volume with this number, or of the first
+/// one that has any. Empty for an intact file, and if nothing can be decoded. Reads the entire file.
+std::string salvage_advice(const std::string& input, std::optional<std::int64_t> volume = std::nullopt);
+
+/// words_with_repair() and salvage_advice(). Finds parity also if the end of the file is damaged.
+std::string words_with_salvage(const std::string& input, const BrokenInput& broken,
+                               std::optional<std::int64_t> volume);
 
 /// Does `work`, which reads a .tag file. Errors of damage have the words above.
 template <class Work>

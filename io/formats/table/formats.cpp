@@ -443,7 +443,7 @@ namespace {
 /// True for pairs that say nothing more: their content is in the samples and in the geometry, or belongs to
 /// one kind of files.
 bool is_said_otherwise(std::string_view key, std::string_view value, const Format& format) {
-  constexpr std::array<std::string_view, 19> said = {"rescale_",
+  constexpr std::array<std::string_view, 18> said = {"rescale_",
                                                      "applied_",
                                                      "slice_applied_",
                                                      "slice_positions",
@@ -451,7 +451,6 @@ bool is_said_otherwise(std::string_view key, std::string_view value, const Forma
                                                      "slice_intercepts",
                                                      "dicom_added_intercept",
                                                      given_spacing_key,
-                                                     "slice files",
                                                      "hdf5_dataset",
                                                      "hdf5_element_size_um",
                                                      "metaimage_AnatomicalOrientation",
@@ -463,6 +462,7 @@ bool is_said_otherwise(std::string_view key, std::string_view value, const Forma
                                                      "nifti_sform_",
                                                      "nifti_srow_"};
   if (key == lossy_source_key) return format.keeps.loss;
+  if (key == "slice files") return true;
   const auto begins = [&](std::string_view beginning) { return key.starts_with(beginning); };
   // ITK writes it into every file.
   if (key == "metaimage_CenterOfRotation" &&

@@ -208,8 +208,9 @@ TEST_F(SalvageCommand, AByteThatFollowsTheBricksCostsNone) {
 
 TEST_F(SalvageCommand, IsAdvisedOnlyWhereItHelps) {
   make_damaged();
-  const std::string nothing = "so that nothing can be repaired", salvage = "; decode --salvage";
-  fails("repair damaged.tag -o whole.tag", broken_input, nothing + salvage);
+  const std::string nothing = "so that nothing can be repaired", salvage = "--salvage";
+  fails("repair damaged.tag -o whole.tag", broken_input,
+        nothing + "; tagrid decode damaged.tag --salvage decodes the intact bricks");
   EXPECT_FALSE(has(tagrid({"repair", "volume.tag", "-o", "whole.tag"}).err, salvage));
   std::string headless = content("volume.tag");
   headless[30] = static_cast<char>(headless[30] ^ 1);
@@ -218,6 +219,8 @@ TEST_F(SalvageCommand, IsAdvisedOnlyWhereItHelps) {
   EXPECT_FALSE(has(tagrid({"repair", "headless.tag", "-o", "whole.tag"}).err, salvage));
   fails("decode headless.tag -o a.nrrd", broken_input, "without which nothing can be decoded");
   fails("decode volume.tag --overview 8 -o a.nrrd", usage, "--step 8 gives a smaller volume");
+  for (const char* none : {"3", "4096"})
+    EXPECT_FALSE(has(tagrid({"decode", "volume.tag", "--overview", none, "-o", "a.nrrd"}).err, "--step"));
 }
 
 TEST_F(SalvageCommand, WhatMakesNoSenseIsRefused) {

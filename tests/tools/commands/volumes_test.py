@@ -245,12 +245,45 @@ class Volumes(ProgramTest):
         self.assertEqual([box["volume"] for box in damaged], [0, 2])
         self.assertEqual(damaged[1]["high"], [70, 70, 70])
 
-    def test_nothing_is_said_of_volumes_that_cannot_be_found(self):
+    def test_volumes_that_cannot_be_found_are_said(self):
         self.write("scan.nii", nifti(moments("int16", (2, 9, 9, 9))))
         self.tagrid("encode", "scan.nii", "-o", "scan.tag")
         with open(self.folder / "scan.tag", "ab") as file:
             file.write(b"x")
-        self.assertEqual(self.tagrid("verify", "scan.tag", code=65).stdout, b"")
+        verified = self.tagrid("verify", "scan.tag", "--json", "damaged.json", code=65)
+        self.assertEqual(verified.stdout, b"scan.tag: only volume 0 of 2 can be found, as the directory is damaged\n")
+        report = self.statistics("damaged.json")
+        self.assertEqual((report["volumes_found"], report["damaged"]), (1, []))
+        advised = b"; tagrid decode scan.tag --salvage --volume 0 decodes the intact bricks of one volume\n"
+        for command in (["decode", "scan.tag", "-o", "back.nii"], ["repair", "scan.tag", "-o", "back.tag"]):
+            self.assertTrue(self.tagrid(*command, code=65).stderr.endswith(advised), command)
+        lost = self.tagrid("decode", "scan.tag", "--salvage", "--volume", 1, "-o", "one.raw", code=65)
+        self.assertIn(b"volume 1 cannot be found: the end of the file is damaged", lost.stderr)
+
+    def test_advice_is_of_a_volume_that_has_bricks(self):
+        volumes = moments("int16", (2, 20, 20, 20))
+        self.write("scan.nii", nifti(volumes))
+        self.tagrid("encode", "scan.nii", "-q", "--strip")
+        data = bytearray((self.folder / "scan.tag").read_bytes())
+        second = data.index(Forged(data).members()[0][2])
+        data[second - 400:second - 300] = bytes(100)  # in the only brick of volume 0
+        (self.folder / "scan.tag").write_bytes(data)
+        refused = self.tagrid("decode", "scan.tag", "-o", "back.nii", code=65)
+        self.assertIn(b"; tagrid decode scan.tag --salvage --volume 1 decodes the intact bricks of one", refused.stderr)
+        self.tagrid("decode", "scan.tag", "--salvage", "--volume", 1, "-o", "one.raw")
+        numpy.testing.assert_array_equal(numpy.fromfile(self.folder / "one.raw", "int16").reshape(20, 20, 20), volumes[1])
+
+    def test_parity_leads_to_volumes_where_the_end_is_damaged(self):
+        volumes = moments("int16", (3, 20, 20, 20))
+        self.write("scan.nii", nifti(volumes))
+        self.tagrid("encode", "scan.nii", "-q", "--parity", "10%")
+        data = bytearray((self.folder / "scan.tag").read_bytes())
+        data[-12] ^= 1
+        (self.folder / "scan.tag").write_bytes(data)
+        self.tagrid("decode", "scan.tag", "--salvage", "--volume", 2, "-o", "two.raw")
+        numpy.testing.assert_array_equal(numpy.fromfile(self.folder / "two.raw", "int16").reshape(20, 20, 20), volumes[2])
+        refused = self.tagrid("decode", "scan.tag", "-o", "back.nii", code=65)
+        self.assertIn(b"; tagrid repair scan.tag -o OUT rebuilds what is damaged", refused.stderr)
 
     def test_parity_repairs_a_volume(self):
         self.write("scan.nii", nifti(moments("int16", (3, 5, 60, 70))))
