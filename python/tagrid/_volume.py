@@ -87,7 +87,8 @@ class Volume(_reading.Volume):
         self._warn_of_uneven_slices("mesh")
         if materials is not None or (labels is not None and labels is not False):
             if level is not None or padded or rescaled:
-                raise ArgumentError("level, padded and rescaled are about the grid, not about materials")
+                raise ArgumentError("level, padded and rescaled are about the grid; materials are ranges of values, "
+                                    "such as HU")
             options, named = requested(materials, labels, size, smooth, parts, angles, order)
             return made(*self._reader.material_mesh(
                 options, named, self._box_of(region), *self._work(threads, memory_limit), progress), order)

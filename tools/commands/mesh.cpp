@@ -126,9 +126,9 @@ struct MaterialMeshCommand : GridCommand<MaterialMeshOptions, MaterialMeshResult
     std::string removed, all;
     for (const MeshQuality::OfMaterial& m : quality.materials) {
       if (m.removed_parts > 0)
-        removed += fmt::format("{}{} of {} ({} tetrahedra)", removed.empty() ? "" : ", ",
+        removed += fmt::format("{}{} of {} ({} of {} tetrahedra)", removed.empty() ? "" : ", ",
                                counted(static_cast<std::uint64_t>(m.removed_parts), "part"), m.name,
-                               m.removed_tetrahedra);
+                               m.removed_tetrahedra, m.tetrahedra + m.removed_tetrahedra);
       if (m.parts > 1) all += fmt::format("{}{} parts of {}", all.empty() ? "" : ", ", m.parts, m.name);
     }
     if (!removed.empty()) say("tagrid: {}: left out {}", path, removed);
