@@ -175,6 +175,12 @@ void RestoredFiles::check_target(std::size_t file) const {
   const auto status = status_of_name(path(file));
   if (status && !status->is_file() && !status->is_link())
     throw UsageError(path(file) + ": exists and is not a regular file");
+  if (status)
+    if (const auto other = placed_.find({status->device, status->number}); other != placed_.end())
+      throw UsageError(
+          "{}: this file system takes this name and {} for the same; restore them on the system of their "
+          "names",
+          printable(path(file)), printable(files_[other->second].name));
   if (status && !options_.overwrite)
     throw UsageError(path(file) + ": already exists", Problem::output_exists);
   refuse_same_file(input_, path(file));
@@ -197,6 +203,10 @@ void RestoredFiles::publish() {
     const std::string target = path(published_);
     make_folders(files_[published_].name);
     check_target(published_);
+    FileStatus status;
+    if (!tagrid::files().status(staged(published_), false, status))
+      throw world_error("cannot look at", target, errno);
+    placed_[{status.device, status.number}] = published_;
     if (options_.overwrite) {
       // The older file keeps its name until the new one takes it. Some file systems have no links.
       if (!tagrid::files().link(target, older(published_)) && errno != ENOENT &&

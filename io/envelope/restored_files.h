@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/envelope/envelope.h"
@@ -72,6 +73,8 @@ class RestoredFiles : public VolumeSink {
   std::vector<SlicesOfFile> slices_;  ///< in the order of the volume
   std::map<std::size_t, std::unique_ptr<PlacedFile>> open_;
   std::size_t published_ = 0;  ///< files that have their names
+  /// Those files, by device and number.
+  std::map<std::pair<std::uint64_t, std::uint64_t>, std::size_t> placed_;
   bool kept_ = false;
   std::optional<SignalsWait> signals_wait_;  ///< while files get their names
   std::vector<std::byte> buffer_, spare_;

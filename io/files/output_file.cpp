@@ -28,6 +28,9 @@ UsageError exists_already(const std::string& path) {
 
 void check_output(const std::string& path, bool overwrite) {
   if (path == "-") return;
+  const std::string name = name_of_path(path);
+  if (!is_name_here(name) && lower_case(name) != "nul")
+    throw UsageError("{}: no file of Windows can have this name; choose another", printable(path));
   const auto status = status_of_name(path);
   if (!status || is_special(path)) return;
   if (status->is_folder()) throw UsageError(path + ": is a directory; give the name of a file");

@@ -363,7 +363,7 @@ class SystemFiles final : public FileSystem {
     const std::wstring name = native(folder);
     if (name.empty()) return false;
     WIN32_FIND_DATAW found;
-    const HANDLE search = FindFirstFileW((name + L"\\*").c_str(), &found);
+    const HANDLE search = FindFirstFileW((name + (name.ends_with(L'\\') ? L"*" : L"\\*")).c_str(), &found);
     if (search == INVALID_HANDLE_VALUE) return fail();
     do {
       const std::string entry = windows::text(found.cFileName);
@@ -501,7 +501,7 @@ std::wstring native(std::string_view path) {
   std::wstring given;
   try {
     given = path_of(path).native();
-  } catch (const std::exception&) {
+  } catch (const std::system_error&) {
     // It is not UTF-8.
   }
   std::wstring full(32768, L'\0');

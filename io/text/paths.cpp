@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <array>
 
+#include "io/errors/errors.h"
 #include "io/text/text.h"
 
 namespace tagrid {
 namespace {
-
-constexpr bool is_windows = std::filesystem::path::preferred_separator == '\\';
 
 bool is_device(std::string_view step) {
   // Windows looks at what is before the first dot or colon, without the spaces there.
@@ -36,12 +35,25 @@ bool is_step_on_windows(std::string_view step) {
 
 }  // namespace
 
-std::filesystem::path path_of(std::string_view text) { return std::u8string(text.begin(), text.end()); }
+std::filesystem::path path_of(std::string_view text) {
+  const auto is_slash = [&](std::size_t at) {
+    return at < text.size() && (text[at] == '/' || text[at] == '\\');
+  };
+  if (is_windows && is_slash(0) && is_slash(1))
+    throw UsageError(
+        "{}: paths of shares are not accepted, nor others that begin with two slashes; give the share a "
+        "drive letter, as "
+        "with net use Y: \\\\server\\share",
+        printable(text));
+  return std::u8string(text.begin(), text.end());
+}
 
 std::string text_of(const std::filesystem::path& path) {
-  // The generic form would also join slashes: here, a path stays as it was given.
-  const std::u8string text = is_windows ? path.generic_u8string() : path.u8string();
-  return {text.begin(), text.end()};
+  // The generic form would also join slashes, and take a share for a directory: here, a path stays as it was given.
+  const std::u8string given = path.u8string();
+  std::string text(given.begin(), given.end());
+  if (is_windows) std::ranges::replace(text, '\\', '/');
+  return text;
 }
 
 std::string name_of_path(std::string_view path) { return text_of(path_of(path).filename()); }
@@ -61,8 +73,6 @@ bool is_name_on_windows(std::string_view name) {
   return is_utf8(name) && std::ranges::all_of(split(name, '/'), is_step_on_windows);
 }
 
-bool is_safe_name(std::string_view name) {
-  return is_relative_name(name) && (!is_windows || is_name_on_windows(name));
-}
+bool is_safe_name(std::string_view name) { return is_relative_name(name) && is_name_here(name); }
 
 }  // namespace tagrid

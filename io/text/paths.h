@@ -8,8 +8,11 @@
 
 namespace tagrid {
 
+inline constexpr bool is_windows = std::filesystem::path::preferred_separator == '\\';
+
 /// The path that a text means. std::filesystem would take it for the code page of the process on Windows. Throws
-/// std::system_error there if the text is not UTF-8.
+/// std::system_error there if the text is not UTF-8, and UsageError for \\server\share: MinGW's library takes it for
+/// \server\share of the current drive.
 std::filesystem::path path_of(std::string_view text);
 std::string text_of(const std::filesystem::path& path);
 
@@ -25,7 +28,9 @@ bool is_relative_name(std::string_view name);
 /// True if Windows takes each part for the name of a file: no backslash, colon (of drives and streams) or other character
 /// that it forbids, no dot or space at the end, which it drops, and no device, as AUX or com1.txt.
 bool is_name_on_windows(std::string_view name);
-/// True for a path of others that may be opened below a directory: is_relative_name(), and is_name_on_windows() there.
+/// True on Windows only if is_name_on_windows().
+inline bool is_name_here(std::string_view name) { return !is_windows || is_name_on_windows(name); }
+/// True for a path of others that may be opened below a directory: is_relative_name() and is_name_here().
 bool is_safe_name(std::string_view name);
 
 }  // namespace tagrid

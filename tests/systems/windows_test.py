@@ -199,6 +199,67 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
                 shutil.rmtree(self.folder / "here")
                 (self.folder / "here").mkdir()
 
+    def test_names_that_differ_only_in_case_are_refused(self):
+        (self.folder / "here/cs").mkdir()
+        for name in ("Scan.raw", "scan.raw"):
+            (self.folder / "here/cs" / name).write_bytes(name.encode() * 25)
+        made = self.here("encode", "cs", "--dims", "10,10,2", "--type", "uint16", "-q", "-o", "cs.tag")
+        self.assertEqual(made.returncode, 0, made.stderr)
+        shutil.copy(self.folder / "here/cs.tag", self.folder / "there")
+        for force in ([], ["-f"]):
+            done = self.there("restore", "cs.tag", "-o", "back", *force)
+            self.assertEqual(done.returncode, 64, done.stderr)
+            self.assertIn(b"this file system takes this name and", done.stderr)
+            self.assertEqual(list(self.folder.glob("there/back/*.raw")), [])
+        for folder, name in (("a", "Knie.nrrd"), ("b", "knie.nrrd")):
+            (self.folder / "there" / folder).mkdir()
+            self.there("phantom", "--dims", "9,9,9", "-q", "-o", f"{folder}/{name}")
+        (self.folder / "there/list.tsv").write_text("a/Knie.nrrd\toutput=Knie\nb/knie.nrrd\toutput=knie\n")
+        done = self.there("convert", "--manifest", "list.tsv", "--output-dir", "tags", "-q")
+        self.assertEqual(done.returncode, 64, done.stderr)
+        self.assertIn(b"would also be the output of line 1", done.stderr)
+
+    def test_outputs_have_names_that_windows_keeps(self):
+        self.there("phantom", "--dims", "9,9,9", "-q", "-o", "p.nrrd")
+        before = self.files("there")
+        for name in ("nul.tag", "con.tag", "folder/aux.tag", "p.tag.", "a?.tag"):
+            done = self.there("encode", "p.nrrd", "-o", name)
+            self.assertEqual(done.returncode, 64, (name, done.stderr))
+            self.assertIn(b"no file of Windows can have this name", done.stderr)
+        self.assertEqual(self.there("encode", "p.nrrd", "-q", "-o", "nul").returncode, 0)
+        self.assertEqual(self.files("there"), before)
+
+    def test_paths_of_shares_are_refused_everywhere(self):
+        # What lies at the same place of the drive must not be taken for a file of the share.
+        self.there("phantom", "--dims", "9,9,9", "-q", "-o", "p.nrrd")
+        place = str(self.folder / "there").replace("/", "\\")
+        (self.folder / "there/list.tsv").write_text(f"\\{place}\\p.nrrd\n")
+        for command in (["encode", f"\\{place}\\p.nrrd", "-o", "p.tag"],
+                        ["encode", f"/{self.folder}/there/p.nrrd", "-o", "p.tag"],
+                        ["encode", "p.nrrd", "-o", "\\\\nas\\ct\\p.tag"],
+                        ["encode", "p.nrrd", "-o", "p.tag", "--json", "//nas/p.json"],
+                        ["convert", "--find", "\\\\nas\\ct"], ["info", "\\\\?\\Z:\\p.tag"],
+                        ["convert", "--manifest", "list.tsv", "--output-dir", "tags"]):
+            done = self.there(*command)
+            self.assertEqual(done.returncode, 64, (command, done.stderr))
+            self.assertIn(b"give the share a drive letter, as with net use Y: \\\\server\\share", done.stderr)
+            self.assertEqual(list(self.folder.rglob("*.tag")), [])
+        # A path that begins with one slash is one of the current drive, and no option.
+        done = self.there("encode", str(self.folder / "there/p.nrrd"), "-q", "-o", "p.tag")
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_a_directory_may_have_a_slash_at_its_end(self):
+        (self.folder / "there/tifs").mkdir()
+        for z in range(3):
+            (self.folder / f"there/tifs/{z}.raw").write_bytes(bytes([z]) * 144)
+        for number, name in enumerate(("tifs/", "tifs\\", "tifs")):
+            done = self.there("encode", name, "--dims", "9,8,3", "--type", "int16", "-q", "-f", "-o", f"{number}.tag")
+            self.assertEqual(done.returncode, 0, done.stderr)
+        done = self.there("encode", "tifs\\", "--dims", "9,8,3", "--type", "int16", "-q")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        made = {(self.folder / "there" / name).read_bytes() for name in ("0.tag", "1.tag", "2.tag", "tifs.tag")}
+        self.assertEqual(len(made), 1)
+
     def test_pipes_are_binary(self):
         data = bytes(range(256)) * 64
         raw = ["--dims", "32,32,16", "--type", "uint8"]

@@ -66,6 +66,11 @@ constexpr std::size_t longest_line = std::size_t{1} << 16;
 /// Some editors write this at the beginning of a file.
 constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
 
+/// Windows takes names for the same if they differ only in case.
+std::string name_to_compare(const fs::path& path) {
+  return is_windows ? lower_case_of_unicode(text_of(path)) : text_of(path);
+}
+
 /// The outputs of a list so far. No two may be the same file, and none may be a directory of another.
 class TakenOutputs {
  public:
@@ -75,16 +80,16 @@ class TakenOutputs {
   /// Throws UsageError, which names the earlier line, if `output` and an earlier output cannot both exist.
   void take(const std::string& output, std::size_t line) {
     const fs::path name = path_of(output);
-    if (const auto [file, is_new] = files_.emplace(text_of(name), line); !is_new)
+    if (const auto [file, is_new] = files_.emplace(name_to_compare(name), line); !is_new)
       throw UsageError("{} would also be the output of line {}; {}", output, file->second, advice_);
-    if (const auto folder = folders_.find(text_of(name)); folder != folders_.end())
+    if (const auto folder = folders_.find(name_to_compare(name)); folder != folders_.end())
       throw UsageError("{} would also be a directory of the output of line {}; {}", output, folder->second,
                        advice_);
     for (fs::path folder = name.parent_path(); !folder.empty(); folder = folder.parent_path()) {
-      if (const auto file = files_.find(text_of(folder)); file != files_.end())
+      if (const auto file = files_.find(name_to_compare(folder)); file != files_.end())
         throw UsageError("{} is impossible, because {} is the output of line {}, not a directory; {}", output,
                          text_of(folder), file->second, advice_);
-      folders_.emplace(text_of(folder), line);
+      folders_.emplace(name_to_compare(folder), line);
     }
   }
 

@@ -58,6 +58,7 @@ int run_command(Ranks& ranks, const std::vector<std::string>& arguments) {
   CLI::App app{
       "Compress CT volumes: every voxel within a bound, and an adaptive tetrahedral mesh in the same file",
       "tagrid"};
+  app.allow_windows_style_options(false);  // /scans is a path there, too
   const auto commands = add_commands(app, version);
   for (const std::string_view argument : arguments) {
     // Any message may quote an argument, such as one too many.
