@@ -258,6 +258,11 @@ class SystemFiles final : public FileSystem {
   bool status(const std::string& path, bool follows_link, FileStatus& status) override {
     const std::wstring name = native(path);
     if (name.empty()) return false;
+    // Not opened: serial lines wait, and a console may be missing.
+    if (name.starts_with(L"\\\\.\\")) {
+      status = {};
+      return true;
+    }
     const HANDLE handle =
         CreateFileW(name.c_str(), FILE_READ_ATTRIBUTES, shared_by_all, nullptr, OPEN_EXISTING,
                     FILE_FLAG_BACKUP_SEMANTICS | (follows_link ? 0 : FILE_FLAG_OPEN_REPARSE_POINT), nullptr);

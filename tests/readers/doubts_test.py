@@ -224,7 +224,8 @@ class Doubts(ReaderTest):
         content = bytearray((self.folder / "a.tag").read_bytes())
         content[len(content) // 2] ^= 1
         (self.folder / "a.tag").write_bytes(content)
-        self.assert_refused(65, "; tagrid decode a.tag --salvage decodes the intact bricks", "decode", "a.tag", "-o", "b.nrrd")
+        advice = "; tagrid decode a.tag --salvage decodes the intact bricks"
+        self.assert_refused(65, advice, "decode", "a.tag", "-o", "b.nrrd")
         self.assertNotIn("--salvage", self.tagrid("decode", "a.nrrd", "-o", "b.nrrd").stderr)
 
     def test_only_pairs_that_are_lost_keep_the_file(self):

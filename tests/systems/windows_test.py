@@ -200,10 +200,12 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
                 (self.folder / "here").mkdir()
 
     def test_names_that_differ_only_in_case_are_refused(self):
-        (self.folder / "here/cs").mkdir()
+        (self.folder / "here/cs.nhdr").write_text(
+            "NRRD0004\ntype: uint16\ndimension: 3\nsizes: 10 10 2\nencoding: raw\nendian: little\ndata file: LIST\n"
+            "Scan.raw\nscan.raw\n")
         for name in ("Scan.raw", "scan.raw"):
-            (self.folder / "here/cs" / name).write_bytes(name.encode() * 25)
-        made = self.here("encode", "cs", "--dims", "10,10,2", "--type", "uint16", "-q", "-o", "cs.tag")
+            (self.folder / "here" / name).write_bytes(name.encode() * 25)
+        made = self.here("encode", "cs.nhdr", "-q", "-o", "cs.tag")
         self.assertEqual(made.returncode, 0, made.stderr)
         shutil.copy(self.folder / "here/cs.tag", self.folder / "there")
         for force in ([], ["-f"]):
@@ -228,6 +230,11 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
             self.assertIn(b"no file of Windows can have this name", done.stderr)
         self.assertEqual(self.there("encode", "p.nrrd", "-q", "-o", "nul").returncode, 0)
         self.assertEqual(self.files("there"), before)
+
+    def test_a_compressed_file_names_the_same_system(self):
+        for name in ("p.nii.gz", "p.nrrd"):
+            self.assertEqual(self.both("phantom", "--dims", "9,9,9", "-q", "-o", name).returncode, 0)
+        self.assertEqual(self.files("there"), self.files("here"))
 
     def test_paths_of_shares_are_refused_everywhere(self):
         # What lies at the same place of the drive must not be taken for a file of the share.

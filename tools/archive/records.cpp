@@ -180,25 +180,31 @@ void KnownOutputs::read(const std::string& path) {
 
 void KnownOutputs::read_checks(const std::string& path) {
   const double now = seconds_since_1970();
-  NewLines lines(path, events_[path]);
-  for (std::string line; lines.next(line);) {
-    try {
-      auto check = parse_check(line);
-      if (!check) continue;
-      CheckEvent& last = checks_[check->output];
-      // A clock may have been wrong: what was checked in the future was not.
-      if (check->finished >= last.finished || last.finished > now) last = std::move(*check);
-    } catch (const nlohmann::json::exception&) {
-      // Unlike that of a record, the loss of such a line hides no removal; `archive` commands tell of it.
+  // Unlike the loss of a record, that of a check hides no removal; `archive` commands tell of it.
+  try {
+    NewLines lines(path, events_[path]);
+    for (std::string line; lines.next(line);) {
+      try {
+        auto check = parse_check(line);
+        // A clock may have been wrong: what was checked in the future was not.
+        if (!check || check->finished > now) continue;
+        CheckEvent& last = checks_[check->output];
+        if (check->finished >= last.finished) last = std::move(*check);
+      } catch (const nlohmann::json::exception&) {
+      }
     }
+  } catch (const Error&) {
   }
 }
 
 bool KnownOutputs::was_found_damaged(const std::string& output, const std::string& path) const {
   const KnownOutput* known = find(output);
   const auto check = checks_.find(output);
-  return known != nullptr && check != checks_.end() && check->second.status == "damaged" &&
-         known->time.finished <= check->second.finished && is_file_of_size(path, check->second.bytes);
+  if (known == nullptr || check == checks_.end() || check->second.status != "damaged" ||
+      check->second.finished < known->time.finished)
+    return false;
+  const InputFile file = look_at({path}).front();
+  return file.bytes == check->second.bytes && file.modified == check->second.modified;
 }
 
 void KnownOutputs::note(RecordLine record) {
@@ -260,8 +266,6 @@ void note_records(const KnownOutputs& known, const ManifestLine& line, const std
   facts.failed = !known.last_failure(line.output).empty();
   facts.unreadable = !known.possibly_newer(line.output).empty();
   facts.output = output_at(path, newest);
-  if (facts.record == archive::Record::ok && known.was_found_damaged(line.output, path))
-    facts.record = archive::Record::damaged;
 }
 
 void note_newer_records(KnownOutputs& known, const ManifestLine& line, const std::string& path,

@@ -73,8 +73,8 @@ class KnownOutputs {
   const std::map<std::string, KnownOutput>& all() const { return outputs_; }
   /// The line of its newest record; "" if nothing is known of it.
   std::string record_of(const std::string& output) const;
-  /// True if the last check of the output, which is at `path`, found it damaged. As in the index of an archive, a check
-  /// counts until the output has another size or a newer record.
+  /// True if the last check of the output, which is at `path`, found it damaged. It counts until the file is changed or
+  /// has a newer record. Throws WorldError.
   bool was_found_damaged(const std::string& output, const std::string& path) const;
   /// The sequence of a record of `output` that this run writes.
   std::uint64_t next_sequence(const std::string& output) const;

@@ -12,7 +12,7 @@ namespace tagrid::archive {
 enum class Record : std::uint8_t {
   none,     ///< no record describes it
   ok,       ///< it was encoded and verified
-  damaged,  ///< it was found damaged, by a check or when its original was to be removed
+  damaged,  ///< it was found damaged when its original was to be removed
   removed,  ///< its original was removed
 };
 

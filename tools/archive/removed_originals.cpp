@@ -95,7 +95,6 @@ void ReturnedOriginals::record(const RemovedOriginal& original) {
   record["warnings"] = ordered_json::array();
   record["sequence"] = known_.next_sequence(original.name);
   record["seconds"] = 0.0;
-  record["finished"] = seconds_since_1970();
   record["version"] = TAGRID_VERSION;
   results_->append(written_json(keys_ != nullptr ? keys_->sealed(std::move(record)) : record));
 }

@@ -246,17 +246,18 @@ struct ArchiveRepairCommand : ArchiveCommand {
         if (entry.bytes && entry.check != "damaged") unchecked.push_back(entry);
       }
     }
-    // `convert --skip-done` encodes again what a check found damaged.
+    // Otherwise, `convert --skip-done` would skip them.
     for (const CatalogueEntry& entry : unchecked)
       checks.check_some({&entry, 1}, false, [](const Checked&) {});
     if (!run.quiet) fmt::print("{} repaired, {} intact, {} not repaired\n", repaired, intact, failed);
     std::fflush(stdout);
     if (failed > 0)
       throw BrokenInput(
-          "{}: {} could not be repaired; convert again with --skip-done if {} still there, otherwise restore "
-          "{} from a copy",
-          folder, counted(failed, "volume"), failed == 1 ? "its original is" : "their originals are",
-          failed == 1 ? "it" : "them");
+          "{}: {} could not be repaired; restore {} from a copy, or remove {} and convert again with "
+          "--skip-done if {} "
+          "still there",
+          folder, counted(failed, "volume"), failed == 1 ? "it" : "them", failed == 1 ? "it" : "them",
+          failed == 1 ? "its original is" : "their originals are");
   }
 };
 

@@ -69,7 +69,8 @@ struct RestoreCommand {
     const std::string all = folder_of_all(originals);
     std::optional<ReturnedOriginals> returned;
     if (output.path.empty()) returned.emplace(records, key_file ? &*key_file : nullptr);
-    std::size_t restored = 0, there = 0, failed = 0;
+    std::size_t restored = 0, there = 0, failed = 0, unrecorded = 0;
+    std::string why_unrecorded;
     for (const RemovedOriginal& original : originals) {
       // Not even with -f, which is for what is left of an original: others may have been changed since.
       if (original.is_back && output.path.empty()) {
@@ -95,12 +96,16 @@ struct RestoreCommand {
                original.folder, original.input);
         with_repair_advice(one.input, [&] { one.execute(ranks); });
         ++restored;
-        if (returned) record_return(original, returned);
+        if (returned && !is_recorded(original, *returned, why_unrecorded)) ++unrecorded;
       } catch (const std::exception&) {
         ++failed;
         say("tagrid: {}: {}", original.input, current_failure().message);
       }
     }
+    if (unrecorded > 0)
+      warn(run, "{}; so the records do not say that {} back, until convert --skip-done finds {}",
+           why_unrecorded, unrecorded == 1 ? "1 original is" : fmt::format("{} originals are", unrecorded),
+           unrecorded == 1 ? "it" : "them");
     for (const std::string& sentence : unknown) say_line("tagrid: " + sentence);
     if (run.is_watched() || failed > 0 || !unknown.empty())
       say("originals: {}, {} restored, {} {} there, {} failed", originals.size(), restored, there,
@@ -112,15 +117,14 @@ struct RestoreCommand {
                         ": some records cannot be read, so originals that they name were not restored");
   }
 
-  /// Archives on read-only disks are restored, too: after the first failure, nothing is recorded.
-  void record_return(const RemovedOriginal& original, std::optional<ReturnedOriginals>& returned) const {
+  /// Archives on read-only disks are restored, too: `why` is then the first reason why nothing is recorded.
+  static bool is_recorded(const RemovedOriginal& original, ReturnedOriginals& returned, std::string& why) {
     try {
-      returned->record(original);
+      returned.record(original);
+      return true;
     } catch (const std::exception&) {
-      warn(run,
-           "{}; from here on, the records do not say which originals are back; convert --skip-done does it",
-           current_failure().message);
-      returned.reset();
+      if (why.empty()) why = current_failure().message;
+      return false;
     }
   }
 

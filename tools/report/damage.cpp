@@ -65,8 +65,8 @@ std::string word_of_command(std::string_view path) {
     return static_cast<unsigned char>(c) > 0x7F || std::isalnum(static_cast<unsigned char>(c)) != 0 ||
            std::string_view("_@%+=:,./-").find(c) != std::string_view::npos;
   };
-  // Within $'...', shells read the escapes of printable().
   if (is_windows) return std::ranges::all_of(word, is_plain) ? word : fmt::format("\"{}\"", word);
+  // Within $'...', shells read the escapes of printable().
   const bool is_printable = printable(word) == word;
   if (is_printable && !word.empty() && std::ranges::all_of(word, is_plain)) return word;
   std::string quoted;

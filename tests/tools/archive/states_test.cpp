@@ -20,7 +20,7 @@ class ArchiveStates : public Conversions<CommandLine> {
   }
 };
 
-TEST_F(ArchiveStates, WhatACheckFoundDamagedIsEncodedAgain) {
+TEST_F(ArchiveStates, WhatACheckFoundDamagedIsNotSkipped) {
   converted(2);
   const std::string good = content("out/a.tag"), original = content("a.nrrd");
   for (const Arguments& options : {Arguments{"--skip-done"}, {"--skip-done", "-f"}}) {
@@ -31,9 +31,18 @@ TEST_F(ArchiveStates, WhatACheckFoundDamagedIsEncodedAgain) {
     const Ending repair = archive("repair");
     EXPECT_EQ(repair.code, broken_input);
     EXPECT_TRUE(has(repair.err,
-                    "1 volume could not be repaired; convert again with --skip-done if its original is still "
-                    "there, otherwise restore it from a copy"))
+                    "1 volume could not be repaired; restore it from a copy, or remove it and convert again "
+                    "with --skip-done if its original is still there"))
         << repair.err;
+    const std::string damaged = content("out/a.tag");
+    const Ending refused = convert(options);
+    EXPECT_EQ(refused.code, broken_input);
+    const std::string advice =
+        "repair it with tagrid archive repair out, or remove it to encode " + path("a.nrrd") + " again";
+    EXPECT_TRUE(has(refused.err, "out/a.tag: the last check found it damaged; " + advice)) << refused.err;
+    EXPECT_EQ(statuses(2), "a failed, b skipped");
+    EXPECT_TRUE(content("out/a.tag") == damaged);
+    std::filesystem::remove(path("out/a.tag"));
     expect_ok(convert(options));
     EXPECT_EQ(statuses(2), "a ok, b skipped");
     EXPECT_FALSE(last()["compared"]);
@@ -44,6 +53,17 @@ TEST_F(ArchiveStates, WhatACheckFoundDamagedIsEncodedAgain) {
     EXPECT_EQ(statuses(2), "a skipped, b skipped");
     expect_ok(archive("check"));
   }
+}
+
+TEST_F(ArchiveStates, ADamagedOutputIsRepairedThoughItsOriginalIsDamagedToo) {
+  converted(1, {"--parity", "30%"});
+  const std::string good = content("out/a.tag");
+  rot("out/a.tag");
+  rot("a.nrrd");
+  EXPECT_EQ(archive("check").code, broken_input);
+  EXPECT_EQ(convert({"--parity", "30%", "--skip-done"}).code, broken_input);
+  expect_ok(archive("repair"));
+  EXPECT_TRUE(content("out/a.tag") == good);
 }
 
 TEST_F(ArchiveStates, WhatWasRepairedSinceIsDone) {
@@ -59,8 +79,31 @@ TEST_F(ArchiveStates, ARepairThatFailsIsACheck) {
   converted(1);
   rot("out/a.tag");
   EXPECT_EQ(archive("repair", {"a.tag"}).code, broken_input);
+  EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
+  EXPECT_EQ(statuses(1), "a failed");
+}
+
+TEST_F(ArchiveStates, ACopyThatWasRestoredIsDone) {
+  converted(1);
+  const std::string good = content("out/a.tag");
+  rot("out/a.tag");
+  EXPECT_EQ(archive("check").code, broken_input);
+  file("out/a.tag", good);
   expect_ok(convert({"--skip-done"}));
-  EXPECT_EQ(statuses(1), "a ok");
+  EXPECT_EQ(statuses(1), "a skipped");
+}
+
+TEST_F(ArchiveStates, DamageIsNotForgottenWhenAnOriginalIsRestored) {
+  converted(1, {"--parity", "30%"});
+  expect_ok(convert({"--parity", "30%", "--remove-verified"}));
+  std::string bytes = content("out/a.tag");
+  bytes[bytes.size() - 600] = static_cast<char>(bytes[bytes.size() - 600] ^ 1);
+  file("out/a.tag", bytes);
+  EXPECT_EQ(archive("check").code, broken_input);
+  works("restore --records out");
+  EXPECT_TRUE(has(archive("list", {"status=damaged"}).out, "a.tag"));
+  EXPECT_TRUE(has(archive("list", {"original=kept"}).out, "a.tag"));
+  EXPECT_TRUE(has(archive("repair").out, "1 repaired"));
 }
 
 TEST_F(ArchiveStates, ADamagedOnlyCopyIsNotReplaced) {
@@ -78,6 +121,7 @@ TEST_F(ArchiveStates, ADamagedOnlyCopyIsNotReplaced) {
 TEST_F(ArchiveStates, ChecksThatCannotBeReadSayNothing) {
   converted(1);
   file("out/events.jsonl", "not an event\n{\"event\": \"other\"}\n{\"event\": \"check\"}\n");
+  std::filesystem::create_directory(path("out/events-old.jsonl"));
   expect_ok(convert({"--skip-done"}));
   EXPECT_EQ(statuses(1), "a skipped");
 }
@@ -114,11 +158,11 @@ TEST_F(ArchiveStates, WhatDiffersFromTheOriginalIsNotTheOriginal) {
 }
 
 TEST_F(ArchiveStates, OriginalsComeBackAlsoIfNobodyCanRecordIt) {
-  converted(1);
+  converted(2);
   expect_ok(convert({"--remove-verified"}));
   const Ending ending = script("flock out/results-restored.jsonl $TAGRID restore --records out");
   EXPECT_EQ(ending.code, 0);
-  EXPECT_TRUE(has(ending.err, "from here on, the records do not say which originals are back")) << ending.err;
+  EXPECT_TRUE(has(ending.err, "so the records do not say that 2 originals are back")) << ending.err;
   EXPECT_TRUE(exists("a.nrrd"));
 }
 

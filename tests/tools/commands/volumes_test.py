@@ -271,7 +271,8 @@ class Volumes(ProgramTest):
         refused = self.tagrid("decode", "scan.tag", "-o", "back.nii", code=65)
         self.assertIn(b"; tagrid decode scan.tag --salvage --volume 1 decodes the intact bricks of one", refused.stderr)
         self.tagrid("decode", "scan.tag", "--salvage", "--volume", 1, "-o", "one.raw")
-        numpy.testing.assert_array_equal(numpy.fromfile(self.folder / "one.raw", "int16").reshape(20, 20, 20), volumes[1])
+        found = numpy.fromfile(self.folder / "one.raw", "int16").reshape(20, 20, 20)
+        numpy.testing.assert_array_equal(found, volumes[1])
 
     def test_parity_leads_to_volumes_where_the_end_is_damaged(self):
         volumes = moments("int16", (3, 20, 20, 20))
@@ -281,7 +282,8 @@ class Volumes(ProgramTest):
         data[-12] ^= 1
         (self.folder / "scan.tag").write_bytes(data)
         self.tagrid("decode", "scan.tag", "--salvage", "--volume", 2, "-o", "two.raw")
-        numpy.testing.assert_array_equal(numpy.fromfile(self.folder / "two.raw", "int16").reshape(20, 20, 20), volumes[2])
+        found = numpy.fromfile(self.folder / "two.raw", "int16").reshape(20, 20, 20)
+        numpy.testing.assert_array_equal(found, volumes[2])
         refused = self.tagrid("decode", "scan.tag", "-o", "back.nii", code=65)
         self.assertIn(b"; tagrid repair scan.tag -o OUT rebuilds what is damaged", refused.stderr)
 
