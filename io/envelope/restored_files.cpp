@@ -178,8 +178,8 @@ void RestoredFiles::check_target(std::size_t file) const {
   if (status)
     if (const auto other = placed_.find({status->device, status->number}); other != placed_.end())
       throw UsageError(
-          "{}: this file system takes this name and {} for the same; restore them on the system of their "
-          "names",
+          "{}: this file system takes this name and {} for the same; restore them on the "
+          "system of their names",
           printable(path(file)), printable(files_[other->second].name));
   if (status && !options_.overwrite)
     throw UsageError(path(file) + ": already exists", Problem::output_exists);

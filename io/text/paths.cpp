@@ -42,8 +42,7 @@ std::filesystem::path path_of(std::string_view text) {
   if (is_windows && is_slash(0) && is_slash(1))
     throw UsageError(
         "{}: paths of shares are not accepted, nor others that begin with two slashes; give the share a "
-        "drive letter, as "
-        "with net use Y: \\\\server\\share",
+        "drive letter, as with net use Y: \\\\server\\share",
         printable(text));
   return std::u8string(text.begin(), text.end());
 }

@@ -254,8 +254,7 @@ struct ArchiveRepairCommand : ArchiveCommand {
     if (failed > 0)
       throw BrokenInput(
           "{}: {} could not be repaired; restore {} from a copy, or remove {} and convert again with "
-          "--skip-done if {} "
-          "still there",
+          "--skip-done if {} still there",
           folder, counted(failed, "volume"), failed == 1 ? "it" : "them", failed == 1 ? "it" : "them",
           failed == 1 ? "its original is" : "their originals are");
   }
