@@ -11,13 +11,11 @@
 #include "io/text/paths.h"
 #include "tools/archive/manifest.h"
 #include "tools/archive/records.h"
-#include "tools/report/report.h"
 
 namespace tagrid {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::ordered_json;
 
 /// The deepest directory that holds both, or is one of them.
 fs::path common_folder(const fs::path& one, const fs::path& other) {
@@ -75,30 +73,6 @@ std::vector<std::string> what_is_unknown(const std::string& output_dir, const Kn
 
 }  // namespace
 
-ReturnedOriginals::ReturnedOriginals(const std::string& output_dir, KeyFile* keys)
-    : output_dir_(output_dir), keys_(keys), known_(output_dir, keys) {}
-
-void ReturnedOriginals::record(const RemovedOriginal& original) {
-  known_.read_more();
-  const KnownOutput* known = known_.find(original.name);
-  if (known == nullptr || known->state != archive::Record::removed) return;
-  ordered_json record = ordered_json::parse(known->record);
-  if (record.value("restorable", ordered_json()) != true) return;
-  // A file of their own, which runs of convert neither wait for nor hold.
-  if (!results_) results_.emplace(path_in(output_dir_, "results-restored.jsonl"));
-  std::vector<std::string> paths;
-  for (const InputFile& file : known->input_files) paths.push_back(file.path);
-  const std::vector<InputFile> files = look_at(paths);
-  for (std::size_t i = 0; i < files.size(); ++i) record["input_files"][i]["modified_ns"] = files[i].modified;
-  record["status"] = name_of(archive::Record::ok);
-  record["compared"] = true;
-  record["warnings"] = ordered_json::array();
-  record["sequence"] = known_.next_sequence(original.name);
-  record["seconds"] = 0.0;
-  record["version"] = TAGRID_VERSION;
-  results_->append(written_json(keys_ != nullptr ? keys_->sealed(std::move(record)) : record));
-}
-
 std::string folder_of_all(const std::vector<RemovedOriginal>& originals) {
   fs::path folder;
   for (const RemovedOriginal& original : originals) {
@@ -117,7 +91,7 @@ RemovedOriginals removed_originals(const std::string& output_dir, KeyFile* keys)
   std::vector<RemovedOriginal> originals;
   for (const auto& [output, one] : known.all()) {
     if (one.state != archive::Record::removed) continue;
-    RemovedOriginal original{one.input, output, path_in(output_dir, output), "", false, ""};
+    RemovedOriginal original{one.input, path_in(output_dir, output), "", false, ""};
     original.error = impossible_name(output, one);
     if (original.error.empty()) {
       original.folder = text_of(common_folder(one.input_files));

@@ -1,20 +1,16 @@
 // The originals that `convert --remove-verified` removed, for `tagrid restore --records`.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "io/files/held_files.h"
 #include "tools/archive/key_file.h"
-#include "tools/archive/records.h"
 
 namespace tagrid {
 
 /// An original that was removed.
 struct RemovedOriginal {
   std::string input;     ///< its path in the list
-  std::string name;      ///< of its output in the directory
   std::string output;    ///< path of the .tag file that replaces it
   std::string folder;    ///< where its files belong: the deepest folder that had all of them
   bool is_back = false;  ///< all of its files exist again, with their sizes
@@ -30,24 +26,6 @@ struct RemovedOriginals {
 /// The removed originals in the records of `output_dir`. Throws WorldError if these cannot be read, and
 /// BrokenInput if there are none. `keys`: the key file of an archive without names, or null.
 RemovedOriginals removed_originals(const std::string& output_dir, KeyFile* keys);
-
-/// Records that originals are back in their places, so that their outputs are no only copies any more.
-class ReturnedOriginals {
- public:
-  /// `keys`: see removed_originals(); must outlive this.
-  ReturnedOriginals(const std::string& output_dir, KeyFile* keys);
-
-  /// Records this one, all files of which are there and durable, unless another run has recorded it since, or a bound
-  /// let its samples differ: then only the output has what it had. Throws WorldError, such as HeldByAnother, if it
-  /// cannot be recorded.
-  void record(const RemovedOriginal& original);
-
- private:
-  std::string output_dir_;
-  KeyFile* keys_;
-  KnownOutputs known_;
-  std::optional<LineFile> results_;  ///< since there is a first one
-};
 
 /// The deepest directory that holds the directories of all originals; "" if there is none.
 std::string folder_of_all(const std::vector<RemovedOriginal>& originals);

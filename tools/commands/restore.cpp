@@ -67,10 +67,7 @@ struct RestoreCommand {
     if (!keys.empty()) key_file.emplace(keys);
     const auto [originals, unknown] = removed_originals(records, key_file ? &*key_file : nullptr);
     const std::string all = folder_of_all(originals);
-    std::optional<ReturnedOriginals> returned;
-    if (output.path.empty()) returned.emplace(records, key_file ? &*key_file : nullptr);
-    std::size_t restored = 0, there = 0, failed = 0, unrecorded = 0;
-    std::string why_unrecorded;
+    std::size_t restored = 0, there = 0, failed = 0;
     for (const RemovedOriginal& original : originals) {
       // Not even with -f, which is for what is left of an original: others may have been changed since.
       if (original.is_back && output.path.empty()) {
@@ -96,16 +93,11 @@ struct RestoreCommand {
                original.folder, original.input);
         with_repair_advice(one.input, [&] { one.execute(ranks); });
         ++restored;
-        if (returned && !is_recorded(original, *returned, why_unrecorded)) ++unrecorded;
       } catch (const std::exception&) {
         ++failed;
         say("tagrid: {}: {}", original.input, current_failure().message);
       }
     }
-    if (unrecorded > 0)
-      warn(run, "{}; so the records do not say that {} back, until convert --skip-done finds {}",
-           why_unrecorded, unrecorded == 1 ? "1 original is" : fmt::format("{} originals are", unrecorded),
-           unrecorded == 1 ? "it" : "them");
     for (const std::string& sentence : unknown) say_line("tagrid: " + sentence);
     if (run.is_watched() || failed > 0 || !unknown.empty())
       say("originals: {}, {} restored, {} {} there, {} failed", originals.size(), restored, there,
@@ -115,17 +107,6 @@ struct RestoreCommand {
     if (!unknown.empty())
       throw BrokenInput(records +
                         ": some records cannot be read, so originals that they name were not restored");
-  }
-
-  /// Archives on read-only disks are restored, too: `why` is then the first reason why nothing is recorded.
-  static bool is_recorded(const RemovedOriginal& original, ReturnedOriginals& returned, std::string& why) {
-    try {
-      returned.record(original);
-      return true;
-    } catch (const std::exception&) {
-      if (why.empty()) why = current_failure().message;
-      return false;
-    }
   }
 
   Finished<RestoreResult> restore(const Ranks& ranks) const {

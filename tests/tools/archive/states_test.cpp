@@ -93,19 +93,6 @@ TEST_F(ArchiveStates, ACopyThatWasRestoredIsDone) {
   EXPECT_EQ(statuses(1), "a skipped");
 }
 
-TEST_F(ArchiveStates, DamageIsNotForgottenWhenAnOriginalIsRestored) {
-  converted(1, {"--parity", "30%"});
-  expect_ok(convert({"--parity", "30%", "--remove-verified"}));
-  std::string bytes = content("out/a.tag");
-  bytes[bytes.size() - 600] = static_cast<char>(bytes[bytes.size() - 600] ^ 1);
-  file("out/a.tag", bytes);
-  EXPECT_EQ(archive("check").code, broken_input);
-  works("restore --records out");
-  EXPECT_TRUE(has(archive("list", {"status=damaged"}).out, "a.tag"));
-  EXPECT_TRUE(has(archive("list", {"original=kept"}).out, "a.tag"));
-  EXPECT_TRUE(has(archive("repair").out, "1 repaired"));
-}
-
 TEST_F(ArchiveStates, ADamagedOnlyCopyIsNotReplaced) {
   converted(1);
   expect_ok(convert({"--remove-verified"}));
@@ -124,46 +111,6 @@ TEST_F(ArchiveStates, ChecksThatCannotBeReadSayNothing) {
   std::filesystem::create_directory(path("out/events-old.jsonl"));
   expect_ok(convert({"--skip-done"}));
   EXPECT_EQ(statuses(1), "a skipped");
-}
-
-TEST_F(ArchiveStates, OriginalsThatAreBackAreKept) {
-  converted(1);
-  expect_ok(convert({"--remove-verified"}));
-  EXPECT_TRUE(has(archive("list", {"original=removed"}).out, "a.tag"));
-  // Elsewhere, it is no original.
-  works("restore --records out -o elsewhere");
-  EXPECT_TRUE(has(archive("list", {"original=removed"}).out, "a.tag"));
-  works("restore --records out");
-  EXPECT_FALSE(has(archive("list", {"original=removed"}).out, "a.tag"));
-  EXPECT_TRUE(has(archive("list", {"original=kept"}).out, "a.tag"));
-  const Ending forget = archive("forget", {"a.tag"});
-  EXPECT_TRUE(has(forget.err, "would remove 1 volume, of which 0 are the only copies")) << forget.err;
-  // It is what was encoded, and may be removed again.
-  expect_ok(convert({"--skip-done"}));
-  EXPECT_EQ(statuses(1), "a skipped");
-  expect_ok(convert({"--remove-verified"}));
-  EXPECT_FALSE(exists("a.nrrd"));
-  EXPECT_TRUE(has(archive("list", {"original=removed"}).out, "a.tag"));
-  works("restore --records out");
-  EXPECT_TRUE(exists("a.nrrd"));
-  EXPECT_EQ(statuses(2, "out/results-restored.jsonl"), "a ok, a ok");
-}
-
-TEST_F(ArchiveStates, WhatDiffersFromTheOriginalIsNotTheOriginal) {
-  converted(1, {"--max-error", "3"});
-  expect_ok(convert({"--max-error", "3", "--remove-verified"}));
-  EXPECT_EQ(tagrid({"restore", "--records", "out"}).code, 0);
-  EXPECT_TRUE(exists("a.nrrd"));
-  EXPECT_TRUE(has(archive("list", {"original=removed"}).out, "a.tag"));
-}
-
-TEST_F(ArchiveStates, OriginalsComeBackAlsoIfNobodyCanRecordIt) {
-  converted(2);
-  expect_ok(convert({"--remove-verified"}));
-  const Ending ending = script("flock out/results-restored.jsonl $TAGRID restore --records out");
-  EXPECT_EQ(ending.code, 0);
-  EXPECT_TRUE(has(ending.err, "so the records do not say that 2 originals are back")) << ending.err;
-  EXPECT_TRUE(exists("a.nrrd"));
 }
 
 TEST_F(ArchiveStates, ARefusedExportOfAnIntactVolumeAdvisesNoRepair) {
