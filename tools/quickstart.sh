@@ -30,7 +30,7 @@ tag=$(stat -c %s "$folder/phantom.tag")
 echo
 awk -v raw="$raw" -v tag="$tag" 'BEGIN { printf "compression ratio %.2f (%d bytes became %d)\n", raw / tag, raw, tag }'
 
-step "Building the readers of DICOM, TIFF, JPEG 2000, HDF5, Zarr and OpenVDB: a few minutes; interrupt this if you need none"
+step "Building the readers of DICOM, TIFF, JPEG 2000, HDF5, Zarr and OpenVDB: a few minutes; interrupt it if unneeded"
 build
 step "Done: build/release/tagrid"
 cat <<'END'

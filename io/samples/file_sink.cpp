@@ -13,20 +13,14 @@
 namespace tagrid {
 namespace {
 
-/// The system is named in the header, and files are the same on all.
-gz_header header_of_unix() {
-  gz_header header = {};
-  header.os = 3;
-  return header;
-}
-
 class GzipSink final : public VolumeSink {
  public:
   GzipSink(const VolumeInfo& info, std::unique_ptr<OutputFile> file, std::string_view header)
       : VolumeSink(info), file_(std::move(file)), output_(std::size_t{1} << 16) {
-    // Without a name and a time, so that equal volumes are equal files.
+    // Without a name and a time, and as on Unix, so that equal volumes are equal files.
+    header_.os = 3;
     if (deflateInit2(&z_, Z_DEFAULT_COMPRESSION, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK ||
-        deflateSetHeader(&z_, &unix_) != Z_OK)
+        deflateSetHeader(&z_, &header_) != Z_OK)
       throw std::bad_alloc();
     compress(std::as_bytes(std::span(header)), false);
   }
@@ -64,7 +58,7 @@ class GzipSink final : public VolumeSink {
 
   std::unique_ptr<OutputFile> file_;
   z_stream z_ = {};
-  gz_header unix_ = header_of_unix();
+  gz_header header_ = {};
   std::vector<std::byte> output_;
 };
 

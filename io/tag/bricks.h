@@ -163,7 +163,7 @@ struct TagSummary {
 
 /// The overview with this factor in a file. If there is none, throws a UsageError that names those that there are.
 const Member& member_of_overview(const TagBricks& file, std::int64_t factor);
-/// Throws UsageError that says how many volumes there are if there is none with this number.
+/// Throws UsageError, which says how many volumes the file has, if it has none with this number.
 void require_volume(const IndexedTag& file, std::int64_t volume);
 /// The volume with this number; null for volume 0. Throws UsageError that says how many there are.
 const Member* member_of_volume(const TagBricks& file, std::int64_t volume);

@@ -41,8 +41,8 @@ bool DamagedTag::has_read_index() {
 }
 
 std::shared_ptr<const ByteSource> DamagedTag::volume(std::int64_t number) const {
+  assert(number != 0);
   require_volume(*this, number);
-  if (number == 0) return source_;
   if (!index_)
     throw BrokenInput("{}: volume {} cannot be found: the end of the file is damaged", name(), number);
   return bytes_of(index_->members[static_cast<std::size_t>(number - 1)]);

@@ -23,20 +23,18 @@ class DamagedTag : public IndexedTag {
   /// The directory of the index; nothing if it is damaged or missing.
   const std::optional<TagIndex>& index() const { return index_; }
   bool has_parity() const { return parity_.has_value(); }
-  /// True if only parity says where the file ends.
-  bool is_end_damaged() const { return is_end_damaged_; }
-  /// The bytes of the volume with this number, as volume_in() gives them. Throws BrokenInput for one after the first
-  /// if the directory is damaged, and UsageError that says how many there are.
+  /// The bytes of a volume after the first, which is the file itself. Throws BrokenInput if the directory is damaged,
+  /// and UsageError if there is no such volume. REQUIRES: number != 0.
   std::shared_ptr<const ByteSource> volume(std::int64_t number) const;
 
  protected:
   std::uint64_t index_start_ = 0;
+  bool is_end_damaged_ = false;  ///< only parity says where the file ends
 
  private:
   bool has_read_index();
 
   std::optional<TagIndex> index_;
-  bool is_end_damaged_ = false;
 };
 
 /// Finds the intact ("whole") bricks of a damaged file. A brick is intact if its checksum matches, which
@@ -73,7 +71,7 @@ class WholeBricks : public DamagedTag {
   /// True if something besides bricks is damaged: a stored checksum, the envelope, a member, the index, the
   /// footer.
   bool is_damaged_elsewhere() const {
-    return !index() || is_end_damaged() || is_damaged_elsewhere_ || !damaged_members_.empty();
+    return !index() || is_end_damaged_ || is_damaged_elsewhere_ || !damaged_members_.empty();
   }
 
   /// REQUIRES: is_whole(brick). Throws BrokenInput if the brick is no longer intact.

@@ -114,7 +114,7 @@ class SalvagedBricks : public BricksOfRun {
 
 std::shared_ptr<const ByteSource> source_to_salvage(const DecodeRun& run) {
   std::shared_ptr<const ByteSource> file = open_source(run.input);
-  // The first volume is found in the whole file, of which the end may be damaged.
+  // Of the first volume, damage at the end of the file is reported, too.
   return run.volume.value_or(0) == 0 ? file : DamagedTag(std::move(file)).volume(*run.volume);
 }
 

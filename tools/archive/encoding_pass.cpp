@@ -179,6 +179,11 @@ archive::Input look(const EncodingPass& pass, Volume& volume) {
           "{}: has changed since it was encoded ({}); {} has the earlier volume and stays; give -f to "
           "replace it",
           volume.input, volume.change, volume.output);
+    case Action::found_damaged:
+      throw BrokenInput(
+          "{}: the last check found it damaged; repair it with tagrid archive repair {}, or remove it to "
+          "encode {} again",
+          volume.output, word_of_command(pass.options.output_dir), volume.input);
     case Action::exists_as_asked:
       add_output(*known, record);
       record["status"] = "exists";
@@ -325,13 +330,6 @@ void encode_line(const EncodingPass& pass, const ManifestLine& line, ordered_jso
         facts.input = volume.change.empty() ? archive::Input::touched : archive::Input::changed;
         break;
       case Action::skip:
-        // Not encoded again unasked: parity may bring back what the original, unread since, may not have any more.
-        if (facts.record == archive::Record::ok && pass.known.was_found_damaged(line.output, volume.output))
-          throw BrokenInput(
-              "{}: the last check found it damaged; repair it with tagrid archive repair {}, or remove it to "
-              "encode {} "
-              "again",
-              volume.output, word_of_command(options.output_dir), volume.input);
         return skip(*known, record);
       case Action::encode:
       case Action::replace:

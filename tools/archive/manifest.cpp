@@ -80,9 +80,10 @@ class TakenOutputs {
   /// Throws UsageError, which names the earlier line, if `output` and an earlier output cannot both exist.
   void take(const std::string& output, std::size_t line) {
     const fs::path name = path_of(output);
-    if (const auto [file, is_new] = files_.emplace(name_to_compare(name), line); !is_new)
+    const std::string compared = name_to_compare(name);
+    if (const auto [file, is_new] = files_.emplace(compared, line); !is_new)
       throw UsageError("{} would also be the output of line {}; {}", output, file->second, advice_);
-    if (const auto folder = folders_.find(name_to_compare(name)); folder != folders_.end())
+    if (const auto folder = folders_.find(compared); folder != folders_.end())
       throw UsageError("{} would also be a directory of the output of line {}; {}", output, folder->second,
                        advice_);
     for (fs::path folder = name.parent_path(); !folder.empty(); folder = folder.parent_path()) {

@@ -266,6 +266,7 @@ void note_records(const KnownOutputs& known, const ManifestLine& line, const std
   facts.failed = !known.last_failure(line.output).empty();
   facts.unreadable = !known.possibly_newer(line.output).empty();
   facts.output = output_at(path, newest);
+  facts.found_damaged = facts.output == archive::Output::whole && known.was_found_damaged(line.output, path);
 }
 
 void note_newer_records(KnownOutputs& known, const ManifestLine& line, const std::string& path,

@@ -65,6 +65,10 @@ constexpr Row encoding_rows[] = {
      .input = Input::other},
     {.then = Action::compare_options, .why = "a good output is only replaced by what it is not",
      .record = Record::ok, .output = Output::whole, .options = Options::unread},
+    {.then = Action::found_damaged,
+     .why = "parity may bring back what the volume, whose samples are not compared, no longer has",
+     .record = Record::ok, .found_damaged = true, .output = Output::whole, .input = Input::same,
+     .options = Options::same},
     {.then = Action::skip, .why = "nothing has changed",
      .record = Record::ok, .output = Output::whole, .input = Input::same, .options = Options::same},
     {.then = Action::other_options, .why = "only -f replaces a good output",
@@ -131,9 +135,10 @@ bool Row::matches(const Facts& facts) const {
   return skip_done.contains(facts.skip_done) && overwrite.contains(facts.overwrite) &&
          record.contains(facts.record) && same_input.contains(facts.same_input) &&
          failed.contains(facts.failed) && unreadable.contains(facts.unreadable) &&
-         renewed.contains(facts.renewed) && of_line.contains(facts.of_line()) &&
-         only_copy.contains(facts.only_copy()) && output.contains(facts.output) &&
-         input.contains(facts.input) && options.contains(facts.options) && check.contains(facts.check);
+         renewed.contains(facts.renewed) && found_damaged.contains(facts.found_damaged) &&
+         of_line.contains(facts.of_line()) && only_copy.contains(facts.only_copy()) &&
+         output.contains(facts.output) && input.contains(facts.input) && options.contains(facts.options) &&
+         check.contains(facts.check);
 }
 
 std::span<const Row> encoding_table() { return encoding_rows; }

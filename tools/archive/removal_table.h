@@ -51,10 +51,11 @@ struct Facts {
   bool skip_done = false;  ///< --skip-done
   bool overwrite = false;  ///< -f
   Record record = Record::none;
-  bool same_input = false;  ///< the record is of the input of the line
-  bool failed = false;      ///< the last encoding to this output failed
-  bool unreadable = false;  ///< a line of the records that cannot be read may be newer than the record
-  bool renewed = false;     ///< another run recorded the output since this one decided
+  bool same_input = false;     ///< the record is of the input of the line
+  bool failed = false;         ///< the last encoding to this output failed
+  bool unreadable = false;     ///< a line of the records that cannot be read may be newer than the record
+  bool renewed = false;        ///< another run recorded the output since this one decided
+  bool found_damaged = false;  ///< the last check of the output says so
   Output output = Output::absent;
   Input input = Input::unseen;
   Options options = Options::unread;
@@ -94,6 +95,7 @@ enum class Action : std::uint8_t {
   other_options,    ///< the output was encoded with other options
   other_volume,     ///< the volume is not the one that was encoded
   changed,          ///< the volume has changed since it was encoded
+  found_damaged,    ///< the last check found the output damaged
   no_record,        ///< no record says that the volume was encoded
   never_encoded,    ///< the only encoding failed
   failed_since,     ///< the last encoding failed
@@ -127,7 +129,8 @@ struct Row {
   const char* why;
   OneOf<bool> skip_done = {}, overwrite = {};
   OneOf<Record> record = {};
-  OneOf<bool> same_input = {}, failed = {}, unreadable = {}, renewed = {}, of_line = {}, only_copy = {};
+  OneOf<bool> same_input = {}, failed = {}, unreadable = {}, renewed = {}, found_damaged = {}, of_line = {},
+              only_copy = {};
   OneOf<Output> output = {};
   OneOf<Input> input = {};
   OneOf<Options> options = {};

@@ -247,8 +247,8 @@ struct ArchiveRepairCommand : ArchiveCommand {
       }
     }
     // Otherwise, `convert --skip-done` would skip them.
-    for (const CatalogueEntry& entry : unchecked)
-      checks.check_some({&entry, 1}, false, [](const Checked&) {});
+    for (std::size_t i = 0; i < unchecked.size();)
+      i += checks.check_some(std::span(unchecked).subspan(i), false, [](const Checked&) {});
     if (!run.quiet) fmt::print("{} repaired, {} intact, {} not repaired\n", repaired, intact, failed);
     std::fflush(stdout);
     if (failed > 0)

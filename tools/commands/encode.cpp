@@ -106,7 +106,7 @@ struct EncodeCommand {
   // "scan.tag" for "scan.nrrd", and for the folders "scan" and "scan/".
   static std::string output_for(std::string input) {
     if (!is_folder(input)) return output_beside(input, ".tag");
-    input = text_of(path_of(input));
+    input = text_of(path_of(input));  // with / for the \\ of Windows
     while (input.size() > 1 && input.ends_with('/')) input.pop_back();
     if (const fs::path name = path_of(input).filename();
         name == "." || name == ".." || name == "/" || name.empty())

@@ -43,6 +43,42 @@ bool is_protected(const std::string& input) {
   }
 }
 
+std::string with_repair(const std::string& words, const std::string& input) {
+  return fmt::format("{}; {} rebuilds what is damaged, if its parity is sufficient", words,
+                     repair_command(input));
+}
+
+/// Nothing of a file of which not even the header is intact.
+std::optional<WholeBricks> remains_of(const std::string& input) {
+  if (!is_regular_input(input)) return std::nullopt;
+  try {
+    return std::optional<WholeBricks>(std::in_place, open_source(input));
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+bool has_intact_bricks(const WholeBricks& file, std::int64_t volume) {
+  if (volume == 0) return file.whole_count() > 0;
+  try {
+    return WholeBricks(file.volume(volume)).whole_count() > 0;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+std::string salvage_advice(const WholeBricks& file, const std::string& input,
+                           std::optional<std::int64_t> volume) {
+  if (file.lost().empty() && !file.is_damaged_elsewhere()) return "";
+  const std::int64_t volumes = file.header().volumes, end = volume ? *volume + 1 : volumes;
+  for (std::int64_t number = volume.value_or(0); number < end; ++number)
+    if (has_intact_bricks(file, number))
+      return fmt::format("; tagrid decode {} --salvage{} decodes the intact bricks{}", word_of_command(input),
+                         volumes > 1 ? fmt::format(" --volume {}", number) : "",
+                         volumes > 1 && !volume ? " of one volume" : "");
+  return "";
+}
+
 }  // namespace
 
 bool file_begins_as_tag(const ByteSource& file) {
@@ -85,46 +121,6 @@ std::string repair_command(const std::string& input) {
   return fmt::format("tagrid repair {} -o OUT", word_of_command(input));
 }
 
-namespace {
-
-std::string with_repair(const std::string& words, const std::string& input) {
-  return fmt::format("{}; {} rebuilds what is damaged, if its parity is sufficient", words,
-                     repair_command(input));
-}
-
-/// Nothing of a file of which not even the header is intact.
-std::optional<WholeBricks> remains_of(const std::string& input) {
-  if (!is_regular_input(input)) return std::nullopt;
-  try {
-    return std::optional<WholeBricks>(std::in_place, open_source(input));
-  } catch (const Error&) {
-    return std::nullopt;
-  }
-}
-
-bool has_intact_bricks(const WholeBricks& file, std::int64_t volume) {
-  if (volume == 0) return file.whole_count() > 0;
-  try {
-    return WholeBricks(file.volume(volume)).whole_count() > 0;
-  } catch (const Error&) {
-    return false;
-  }
-}
-
-std::string salvage_advice(const WholeBricks& file, const std::string& input,
-                           std::optional<std::int64_t> volume) {
-  if (file.lost().empty() && !file.is_damaged_elsewhere()) return "";
-  const std::int64_t volumes = file.header().volumes;
-  std::int64_t number = volume.value_or(0);
-  while (number < volumes && !has_intact_bricks(file, number)) number = volume ? volumes : number + 1;
-  if (number >= volumes) return "";
-  return fmt::format("; tagrid decode {} --salvage{} decodes the intact bricks{}", word_of_command(input),
-                     volumes > 1 ? fmt::format(" --volume {}", number) : "",
-                     volumes > 1 && !volume ? " of one volume" : "");
-}
-
-}  // namespace
-
 std::string words_with_repair(const std::string& input, const BrokenInput& broken) {
   const std::string words = words_of_damage(input, broken);
   const bool is_repairable = !is_newer_format(broken) && is_regular_input(input) && is_protected(input);
@@ -138,11 +134,11 @@ std::string salvage_advice(const std::string& input, std::optional<std::int64_t>
 
 std::string words_with_salvage(const std::string& input, const BrokenInput& broken,
                                std::optional<std::int64_t> volume) {
-  std::string words = words_with_repair(input, broken);
   const std::optional<WholeBricks> file = remains_of(input);
-  if (!file) return words;
-  if (file->has_parity() && !is_protected(input)) words = with_repair(words, input);
-  return words + salvage_advice(*file, input, volume);
+  if (!file || is_newer_format(broken)) return words_with_repair(input, broken);
+  const std::string words = words_of_damage(input, broken);
+  return (file->has_parity() || is_protected(input) ? with_repair(words, input) : words) +
+         salvage_advice(*file, input, volume);
 }
 
 namespace {

@@ -67,6 +67,8 @@ const std::vector<Case> encoding_cases = {
     {"AnotherVolumeIsRefusedEvenWithForce",
      known({.skip_done = true, .overwrite = true, .input = Input::other})},
     {"OptionsAreComparedBeforeALineIsDone", known({.skip_done = true, .input = Input::same})},
+    {"WhatACheckFoundDamagedIsNotSkipped",
+     known({.skip_done = true, .found_damaged = true, .input = Input::same, .options = Options::same})},
     {"WhatIsDoneIsSkippedEvenWithForce",
      known({.skip_done = true, .overwrite = true, .input = Input::same, .options = Options::same})},
     {"OtherOptionsAreRefused",
@@ -135,7 +137,7 @@ INSTANTIATE_TEST_SUITE_P(Of, RemovalTable, testing::Range(std::size_t{0}, remova
 
 /// All combinations of facts.
 void for_all(const std::function<void(const Facts&)>& check) {
-  constexpr int count = 64 * 4 * 5 * 7 * 3 * 3;
+  constexpr int count = 128 * 4 * 5 * 7 * 3 * 3;
   for (int number = 0; number < count && !testing::Test::HasFailure(); ++number) {
     int rest = number;
     const auto next = [&](int values) {
@@ -150,6 +152,7 @@ void for_all(const std::function<void(const Facts&)>& check) {
            .failed = next(2) == 1,
            .unreadable = next(2) == 1,
            .renewed = next(2) == 1,
+           .found_damaged = next(2) == 1,
            .output = static_cast<Output>(next(5)),
            .input = static_cast<Input>(next(7)),
            .options = static_cast<Options>(next(3)),
@@ -159,9 +162,10 @@ void for_all(const std::function<void(const Facts&)>& check) {
 
 std::string shown(const Facts& f) {
   std::string text;
-  for (const int fact : {int{f.skip_done}, int{f.overwrite}, static_cast<int>(f.record), int{f.same_input},
-                         int{f.failed}, int{f.unreadable}, int{f.renewed}, static_cast<int>(f.output),
-                         static_cast<int>(f.input), static_cast<int>(f.options), static_cast<int>(f.check)})
+  for (const int fact :
+       {int{f.skip_done}, int{f.overwrite}, static_cast<int>(f.record), int{f.same_input}, int{f.failed},
+        int{f.unreadable}, int{f.renewed}, int{f.found_damaged}, static_cast<int>(f.output),
+        static_cast<int>(f.input), static_cast<int>(f.options), static_cast<int>(f.check)})
     text += " " + std::to_string(fact);
   return "facts" + text;
 }
@@ -264,7 +268,7 @@ TEST(EncodingTableLaws, OnlyWhatIsDoneIsSkipped) {
     EXPECT_TRUE(f.skip_done && f.output == Output::whole) << shown(f);
     const bool was_removed = f.record == Record::removed && f.input == Input::gone;
     const bool is_done = f.record == Record::ok && f.same_input && !f.unreadable && f.input == Input::same &&
-                         f.options == Options::same;
+                         f.options == Options::same && !f.found_damaged;
     EXPECT_TRUE(was_removed || is_done) << shown(f);
   });
 }

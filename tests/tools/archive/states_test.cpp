@@ -1,4 +1,4 @@
-// What the commands of an archive say of its volumes, and what `convert` and `restore` do about it.
+// What the commands of an archive say of its volumes, and what `convert` does about it.
 #include "tests/support/conversions.h"
 
 namespace tagrid {
