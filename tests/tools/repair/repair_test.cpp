@@ -160,7 +160,8 @@ TEST_F(RepairCommands, EveryCommandThatReadsADamagedFileAdvisesToRepairIt) {
     fails(command, broken_input, advice);
   EXPECT_EQ(names(), before);
   const std::string message = tagrid({"decode", "c.tag"}).err;
-  EXPECT_LT(message.find(advice), message.find("; tagrid decode c.tag --salvage decodes the intact bricks")) << message;
+  EXPECT_LT(message.find(advice), message.find("; tagrid decode c.tag --salvage decodes the intact bricks"))
+      << message;
   file("c.tag", damaged(plain_, plain_.size() / 2, 30));
   EXPECT_FALSE(has(tagrid({"decode", "c.tag"}).err, "repair"));
   // Parity beside a file that cannot be read is not passed over.
