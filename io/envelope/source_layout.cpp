@@ -22,8 +22,7 @@ namespace fs = std::filesystem;
 /// The names of the files in the deepest folder that has them all.
 std::vector<std::string> names_in_common_folder(const std::vector<std::string>& paths) {
   std::vector<std::string> names;  // full paths at first; a std::filesystem::path takes ten times the memory
-  for (const std::string& path : paths)
-    names.push_back(text_of(fs::absolute(path_of(path)).lexically_normal()));
+  for (const std::string& path : paths) names.push_back(text_of(normal_path(absolute_path(path_of(path)))));
   std::string_view common = names.front();
   for (const std::string& name : names)
     common =

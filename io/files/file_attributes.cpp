@@ -48,9 +48,20 @@ bool is_regular_input(const std::string& path) {
 
 std::optional<std::filesystem::path> without_links(const std::filesystem::path& path) {
   std::string file;
-  if (files().resolve(text_of(path), file)) return file;
+  if (files().resolve(text_of(path), file)) return path_of(file);
   if (errno == ENOENT) return std::nullopt;
   throw world_error("cannot look at", text_of(path), errno);
+}
+
+std::filesystem::path real_path(const std::filesystem::path& path) {
+  const std::filesystem::path whole = absolute_path(path);
+  std::filesystem::path rest;
+  for (std::filesystem::path known = whole; known.has_relative_path(); known = known.parent_path()) {
+    if (std::string found; files().resolve(text_of(known), found))
+      return rest.empty() ? path_of(found) : normal_path(path_of(found) / rest);
+    rest = rest.empty() ? known.filename() : known.filename() / rest;
+  }
+  return normal_path(whole);
 }
 
 bool is_below(const std::filesystem::path& path, const std::filesystem::path& folder) {

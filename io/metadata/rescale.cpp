@@ -166,12 +166,10 @@ NamesOfSource names_of_source(const std::vector<std::string>& names, const std::
     own.insert(name_of_path(file));
     parents.insert(path_of(file).parent_path());
   }
-  for (const fs::path& parent : parents) {
-    std::error_code error;
-    for (fs::path folder : {parent, fs::absolute(parent, error).lexically_normal()})
+  for (const fs::path& parent : parents)
+    for (fs::path folder : {parent, normal_path(absolute_path(parent))})
       for (; folder.has_relative_path(); folder = folder.parent_path())
         if (folder != "." && folder.filename() != "..") folders.insert(text_of(folder));
-  }
   NamesOfSource found{names, {folders.begin(), folders.end()}, {own.begin(), own.end()}};
   std::erase(found.names, "");
   std::erase(found.files, "");

@@ -58,7 +58,7 @@ FilledFile::FilledFile(OutputFile& file, const std::string& path, const std::opt
     path_ = waiting_->path();
     return;
   }
-  path_ = text_of(std::filesystem::absolute(path_of(file.temporary())));
+  path_ = text_of(absolute_path(path_of(file.temporary())));
   if (const auto status = status_of(file.temporary())) filled_ = *status;
 }
 

@@ -74,7 +74,7 @@ std::vector<std::string> program_folders() {
     for (const std::string_view folder :
          split(std::string_view(variable).substr(name.size()), separator_of_folders()))
       // Otherwise the current folder, which may belong to anybody, would choose programs.
-      if (path_of(folder).is_absolute()) folders.emplace_back(folder);
+      if (is_absolute(path_of(folder))) folders.emplace_back(folder);
   }
   if (const auto program = program_path()) {
     folders.push_back(text_of(program->parent_path()));

@@ -44,9 +44,17 @@ std::string place_in_words(const std::string& path, const fs::path& file,
 
 }  // namespace
 
+bool is_on_server(std::string_view file) {
+  const auto is_slash = [](char c) { return c == '/' || c == '\\'; };
+  return file.size() > 1 && is_slash(file[0]) && (is_slash(file[1]) || file[1] == '?');
+}
+
 std::string path_of_data_file(const std::string& header_path, const std::string& data_file) {
+  if (is_windows && is_on_server(data_file))
+    throw BrokenInput("{}: its samples are in {}, on a server; copy the file to the directory of the header",
+                      shown_input(header_path), printable(data_file));
   if (header_path == "-") return data_file;
-  return text_of(path_of(header_path).parent_path() / path_of(data_file));
+  return path_in(text_of(path_of(header_path).parent_path()), data_file);
 }
 
 void require_inside(const std::string& header_path, const std::vector<std::string>& data_paths,

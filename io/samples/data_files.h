@@ -10,7 +10,12 @@
 
 namespace tagrid {
 
-/// The path of a file that a header names: relative to the folder of the header ("-": the current folder).
+/// True for a name such as `\\host\share\file` or `\??\UNC\…`: Windows gives the user's name and a hash of the
+/// password to such a server, so no scan may choose it.
+bool is_on_server(std::string_view file);
+
+/// The path of a file that a header names: relative to the folder of the header ("-": the current folder). Throws
+/// BrokenInput on Windows if it is on a server.
 std::string path_of_data_file(const std::string& header_path, const std::string& data_file);
 
 /// Checks that the files at `data_paths` are in the folder of the header or below it. Otherwise, a

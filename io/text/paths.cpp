@@ -33,17 +33,22 @@ bool is_step_on_windows(std::string_view step) {
          !is_device(step);
 }
 
+/// "//server/share" of "//server/share/a" on Windows; "" if the path does not begin with a share.
+std::string_view share_of(std::string_view path) {
+  if (!is_windows || !path.starts_with("//")) return "";
+  const std::size_t end_of_server = path.find('/', 2);
+  return end_of_server == path.npos ? path : path.substr(0, path.find('/', end_of_server + 1));
+}
+
 }  // namespace
 
 std::filesystem::path path_of(std::string_view text) {
-  const auto is_slash = [&](std::size_t at) {
-    return at < text.size() && (text[at] == '/' || text[at] == '\\');
+  const auto has = [&](std::size_t at, std::string_view any) {
+    return at < text.size() && any.find(text[at]) != any.npos;
   };
-  if (is_windows && is_slash(0) && is_slash(1))
-    throw UsageError(
-        "{}: paths of shares are not accepted, nor others that begin with two slashes; give the share a "
-        "drive letter, as with net use Y: \\\\server\\share",
-        printable(text));
+  if (is_windows && has(0, "/\\") && has(1, "/\\") && (text.size() == 2 || has(2, "/\\?.")))
+    throw UsageError("{}: is not a path of a file; give it as C:\\file or \\\\server\\share\\file",
+                     printable(text));
   return std::u8string(text.begin(), text.end());
 }
 
@@ -55,12 +60,37 @@ std::string text_of(const std::filesystem::path& path) {
   return text;
 }
 
+bool is_absolute(const std::filesystem::path& path) {
+  return path.is_absolute() || !share_of(text_of(path)).empty();
+}
+
+std::filesystem::path absolute_path(const std::filesystem::path& path) {
+  if (path.empty() || is_absolute(path)) return path;
+  std::error_code unknown;
+  const std::filesystem::path absolute = std::filesystem::absolute(path, unknown);
+  return unknown ? path : absolute;
+}
+
+std::filesystem::path normal_path(const std::filesystem::path& path) {
+  const std::string text = text_of(path);
+  const std::string_view share = share_of(text);
+  if (share.empty()) return path.lexically_normal();
+  const std::filesystem::path below = path_of(std::string_view(text).substr(share.size())).lexically_normal();
+  return path_of(std::string(share) + text_of(below));
+}
+
+std::filesystem::path relative_path(const std::filesystem::path& path, const std::filesystem::path& folder) {
+  if (share_of(text_of(path)) != share_of(text_of(folder))) return {};
+  return path.lexically_relative(folder);
+}
+
 std::string name_of_path(std::string_view path) { return text_of(path_of(path).filename()); }
 
 std::string extension_of(std::string_view path) { return lower_case(text_of(path_of(path).extension())); }
 
 std::string path_in(std::string_view folder, std::string_view name) {
-  return text_of(path_of(folder) / path_of(name));
+  const std::filesystem::path path = path_of(name);
+  return text_of(is_absolute(path) ? path : path_of(folder) / path);
 }
 
 bool is_relative_name(std::string_view name) {

@@ -11,10 +11,19 @@ namespace tagrid {
 inline constexpr bool is_windows = std::filesystem::path::preferred_separator == '\\';
 
 /// The path that a text means. std::filesystem would take it for the code page of the process on Windows. Throws
-/// std::system_error there if the text is not UTF-8, and UsageError for \\server\share: MinGW's library takes it for
-/// \server\share of the current drive.
+/// std::system_error there if the text is not UTF-8, and UsageError for the path of a device: \\?\C:\a, \\.\COM1.
 std::filesystem::path path_of(std::string_view text);
 std::string text_of(const std::filesystem::path& path);
+
+// std::filesystem has the next four, but on Windows, that of MinGW takes \\server\share, which is as absolute as a
+// drive, for \server\share of the current drive.
+bool is_absolute(const std::filesystem::path& path);
+/// The path from a root on; the path itself if it is empty, or if the current directory is unknown.
+std::filesystem::path absolute_path(const std::filesystem::path& path);
+/// Without "." and "..", by names alone: links are not followed.
+std::filesystem::path normal_path(const std::filesystem::path& path);
+/// What the path is called in a directory, by names alone; empty if they have different roots.
+std::filesystem::path relative_path(const std::filesystem::path& path, const std::filesystem::path& folder);
 
 /// The last part of a path.
 std::string name_of_path(std::string_view path);

@@ -95,6 +95,19 @@ class SystemRoom(unittest.TestCase):
         self.assertLessEqual(set(EXCEPTIONS), {exception for exception, _ in self.found()})
 
 
+# Only io/text/paths asks std::filesystem what a path means: on Windows, it knows no shares.
+
+OF_FILESYSTEM = re.compile(r"\b(?:fs|filesystem)::(?:absolute|canonical|weakly_canonical|relative|proximate)\(|\blexically_\w+\(|"
+                           r"\.is_(?:absolute|relative)\(\)")
+OF_ONE_SYSTEM = {"io/text/paths.cpp", "io/sandbox/posix_sandbox.cpp"}
+
+
+class Paths(unittest.TestCase):
+    def test_no_other_source_asks_the_standard_library_what_a_path_means(self):
+        found = {name for name, path in sources("include", *LAYERS, "python") if OF_FILESYSTEM.search(code(path))}
+        self.assertEqual(found, OF_ONE_SYSTEM)
+
+
 # Layers below tools/ name no option of the command line, because users of the library read their string literals, too.
 # Programs that read and write formats are not in the library: who reads their messages uses the command line.
 

@@ -9,7 +9,6 @@ import contextlib
 import http.server
 import json
 import os
-import pathlib
 import random
 import re
 import shutil
@@ -25,9 +24,10 @@ import unittest
 import urllib.error
 import urllib.request
 import zlib
+from pathlib import Path
 from urllib.parse import parse_qs, quote, urljoin, urlsplit
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tests/support"))
 
 import h5py
@@ -39,7 +39,7 @@ from other_program import OtherProgram, volume
 from reading_half import WINE, wine_kept_running
 from scans import data_set
 
-PROGRAM, FOLDER = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
+PROGRAM, FOLDER = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
 
 
 def bmp(width, height, samples):
@@ -72,6 +72,26 @@ def tiff(width, height, samples):
 
 
 # Opens a file as old programs do: nobody else may rename, replace or remove it for so many milliseconds.
+PATHS = r"""
+#include <cstdio>
+
+#include "io/text/paths.h"
+
+using namespace tagrid;
+
+int main() {
+  for (const char* text : {R"(\\nas\ct\a\b)", R"(\\nas\ct\..\..\a\.\c\..)", "//nas/ct", "//nas/other/a", "//nas", "C:/a/../b",
+                           "a/b", "/nas/ct/a"}) {
+    const auto path = path_of(text), whole = normal_path(absolute_path(path));
+    const auto below = text_of(relative_path(whole, path_of("//nas/ct/a")));
+    std::printf("%s: %d %s %s\n", text_of(path).c_str(), is_absolute(path), text_of(whole).c_str(),
+                below.empty() ? "-" : below.c_str());
+  }
+  for (const char* text : {"//nas/ct/d", "d"})
+    std::printf("%s in //nas/ct/a: %s\n", text, path_in("//nas/ct/a", text).c_str());
+}
+"""
+
 HOLDS = r"""
 #include <windows.h>
 #include <stdio.h>
@@ -236,24 +256,78 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
             self.assertEqual(self.both("phantom", "--dims", "9,9,9", "-q", "-o", name).returncode, 0)
         self.assertEqual(self.files("there"), self.files("here"))
 
-    def test_paths_of_shares_are_refused_everywhere(self):
-        # What lies at the same place of the drive must not be taken for a file of the share.
-        self.there("phantom", "--dims", "9,9,9", "-q", "-o", "p.nrrd")
-        place = str(self.folder / "there").replace("/", "\\")
-        (self.folder / "there/list.tsv").write_text(f"\\{place}\\p.nrrd\n")
-        for command in (["encode", f"\\{place}\\p.nrrd", "-o", "p.tag"],
-                        ["encode", f"/{self.folder}/there/p.nrrd", "-o", "p.tag"],
-                        ["encode", "p.nrrd", "-o", "\\\\nas\\ct\\p.tag"],
-                        ["encode", "p.nrrd", "-o", "p.tag", "--json", "//nas/p.json"],
-                        ["convert", "--find", "\\\\nas\\ct"], ["info", "\\\\?\\Z:\\p.tag"],
-                        ["convert", "--manifest", "list.tsv", "--output-dir", "tags"]):
+    def test_a_share_is_not_a_directory_of_the_drive(self):
+        # MinGW's library takes \\\\server\\share\\a for \\server\\share\\a of the drive: other samples are there.
+        server, share, *rest = self.folder.parts[1:]
+        place = self.folder.joinpath("share", *rest, "there")
+        place.mkdir(parents=True)
+        (Path(os.environ["WINEPREFIX"]) / "dosdevices/unc" / server).mkdir(parents=True)
+        (Path(os.environ["WINEPREFIX"]) / "dosdevices/unc" / server / share).symlink_to(self.folder / "share")
+        unc = "\\\\" + "\\".join([server, share, *rest, "there"])
+
+        def there(*command):
             done = self.there(*command)
-            self.assertEqual(done.returncode, 64, (command, done.stderr))
-            self.assertIn(b"give the share a drive letter, as with net use Y: \\\\server\\share", done.stderr)
-            self.assertEqual(list(self.folder.rglob("*.tag")), [])
+            self.assertEqual(done.returncode, 0, (command, done.stderr))
+            return done.stdout.decode()
+
+        header = ("NRRD0004\ntype: uint16\ndimension: 3\nsizes: 11 10 9\nencoding: raw\nendian: little\n"
+                  "spacings: 1 1 1\ndata file: {}\n")
+        samples = numpy.random.default_rng(1).integers(0, 1000, (2, 9, 10, 11), "u2")
+        for name, values in zip("pq", samples):
+            for folder, values_there in ((place, values), (self.folder / "there", 0 * values)):
+                (folder / f"{name}.nhdr").write_text(header.format(f"{name}.raw"))
+                values_there.tofile(folder / f"{name}.raw")
+        originals = {name: (place / name).read_bytes() for name in ("p.nhdr", "p.raw", "q.nhdr", "q.raw")}
+        before = self.files("there")
+        there("encode", f"{unc}\\p.nhdr", "-o", f"{unc}\\p.tag", "--json", unc.replace("\\", "/") + "/p.json", "-q")
+        there("restore", f"{unc}\\p.tag", "-o", f"{unc}\\new\\..\\back", "-q")
+        self.assertEqual((place / "back/p.raw").read_bytes(), originals["p.raw"])
+        # Wine knows another path of each file, and tells it as the real one.
+        found = [line.split("\t")[0] for line in there("convert", "--find", unc).splitlines() if line[0] != "#"]
+        self.assertEqual(found, [f"Z:{place}/{name}.nhdr" for name in ("p", "q", "back/p")])
+        # One is listed by its whole path, and one as it is named beside the list.
+        (place / "list.tsv").write_text(f"{unc}\\p.nhdr\toutput=deep/p\nq.nhdr\n")
+        archive = ("--manifest", f"{unc}\\list.tsv", "--output-dir", f"{unc}\\tags", "-q")
+        there("convert", *archive)
+        there("convert", *archive, "--remove-verified")
+        self.assertFalse(set(originals) & set(os.listdir(place)))
+        self.assertEqual(there("archive", "list", f"{unc}\\tags", "--json").count('"original":"removed"'), 2)
+        there("restore", "--records", f"{unc}\\tags", "-q")
+        there("restore", "--records", f"{unc}\\tags", "-o", f"{unc}\\all", "-q")
+        for folder in (place, place / "all"):
+            self.assertEqual({name: (folder / name).read_bytes() for name in originals}, originals)
+        there("convert", *archive, "--skip-done")
+        self.assertEqual(self.files("there"), before)
+        # Only the command chooses a server, and no device.
+        (place / "other.nhdr").write_text(header.format(f"{unc}\\p.raw"))
+        done = self.there("encode", f"{unc}\\other.nhdr", "-o", "other.tag")
+        self.assertEqual(done.returncode, 65, done.stderr)
+        self.assertIn(b"on a server; copy the file to the directory of the header", done.stderr)
+        done = self.there("encode", f"\\\\?\\Z:{self.folder}/there/p.nhdr", "-o", "other.tag")
+        self.assertEqual(done.returncode, 64, done.stderr)
+        self.assertIn(b"is not a path of a file; give it as C:\\file or \\\\server\\share\\file", done.stderr)
         # A path that begins with one slash is one of the current drive, and no option.
-        done = self.there("encode", str(self.folder / "there/p.nrrd"), "-q", "-o", "p.tag")
+        done = self.there("encode", str(self.folder / "there/p.nhdr"), "-q", "-o", "p.tag")
         self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_paths_of_shares_are_absolute(self):
+        program, source = self.folder / "paths.exe", self.folder / "paths.cpp"
+        source.write_text(PATHS)
+        libraries = [self.exe.parent / f"io/libtagrid_io_{name}.a" for name in ("text", "errors")]
+        subprocess.run(["x86_64-w64-mingw32-g++-posix", "-std=c++20", "-static", f"-I{ROOT}", "-o", program, source,
+                        *libraries], check=True)
+        done = subprocess.run([WINE, program], cwd="/", capture_output=True, check=True)
+        self.assertEqual(done.stdout.decode().split("\r\n"), [
+            # is absolute; normal and absolute; below //nas/ct/a
+            "//nas/ct/a/b: 1 //nas/ct/a/b b",
+            "//nas/ct/../../a/./c/..: 1 //nas/ct/a/ .",
+            "//nas/ct: 1 //nas/ct ..",
+            "//nas/other/a: 1 //nas/other/a -",
+            "//nas: 1 //nas -",
+            "C:/a/../b: 1 C:/b -",
+            "a/b: 0 Z:/a/b -",
+            "/nas/ct/a: 0 Z:/nas/ct/a -",
+            "//nas/ct/d in //nas/ct/a: //nas/ct/d", "d in //nas/ct/a: //nas/ct/a/d", ""])
 
     def test_a_directory_may_have_a_slash_at_its_end(self):
         (self.folder / "there/tifs").mkdir()

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -51,7 +52,7 @@ class Finder {
  public:
   Finder(const std::string& root, const SourceOptions& accepted, const RunOptions& run,
          const NameTemplate* names, const SearchWatch& watch)
-      : root_(fs::canonical(path_of(root))),
+      : root_(real_path(path_of(root))),
         accepted_(accepted),
         run_(run),
         watch_(watch),
@@ -64,30 +65,31 @@ class Finder {
 
  private:
   void search(const fs::path& folder) {
-    watch_.enter(text_of(folder));
-    const Format* whole = format_of_folder(text_of(folder));
+    const std::string place = text_of(folder);
+    watch_.enter(place);
+    const Format* whole = format_of_folder(place);
     if (whole != nullptr) {
       const std::size_t before = lines_.volumes();
       look_at_volume(folder, {}, *whole);
       if (lines_.volumes() > before) return;
     }
+    std::vector<FolderEntry> entries;
+    if (!tagrid::files().list(place, entries)) throw world_error("cannot read", place, errno);
     std::vector<std::string> files, folders;
-    std::error_code error;
-    for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
-         entry.increment(error)) {
-      std::error_code unknown;
-      if (text_of(entry->path().filename()).starts_with('.')) continue;
-      if (entry->is_directory(unknown) && !entry->is_symlink(unknown))
-        folders.push_back(text_of(entry->path()));
-      else if (entry->is_symlink(unknown) && entry->is_regular_file(unknown) && is_found_itself(*entry))
-        lines_.pass_over(entry->path(), "a link to a file that is found at its own location");
-      else if (entry->is_regular_file(unknown))
-        files.push_back(text_of(entry->path()));
+    for (const FolderEntry& entry : entries) {
+      if (entry.name.starts_with('.')) continue;
+      const std::string path = path_in(place, entry.name);
+      const bool is_link = entry.type == FileType::link, is_regular = is_file(place, entry);
+      if (entry.type == FileType::folder)
+        folders.push_back(path);
+      else if (is_link && is_regular && is_found_itself(path_of(path)))
+        lines_.pass_over(path_of(path), "a link to a file that is found at its own location");
+      else if (is_regular)
+        files.push_back(path);
       else
-        lines_.pass_over(entry->path(), entry->is_directory(unknown) ? "a link to a directory"
-                                                                     : "not a file that can be read");
+        lines_.pass_over(path_of(path),
+                         is_folder(place, entry) ? "a link to a directory" : "not a file that can be read");
     }
-    if (error) throw world_error("cannot read", text_of(folder), error.value());
     std::ranges::sort(files, comes_before);
     std::ranges::sort(folders, comes_before);
     if (whole != nullptr) return look_at_files_beside(folder, std::move(files));
@@ -103,7 +105,7 @@ class Finder {
 
   /// True if the search also meets the target of a link: if it is below the root and in no hidden directory.
   bool is_found_itself(const fs::path& link) const {
-    const fs::path place = fs::weakly_canonical(link).lexically_relative(root_);
+    const fs::path place = relative_path(real_path(link), root_);
     return !place.empty() &&
            std::ranges::none_of(place, [](const fs::path& step) { return text_of(step).starts_with('.'); });
   }
@@ -214,7 +216,7 @@ class Finder {
   }
 
   bool is_listed(const std::string& image) const {
-    return listed_images_.contains(text_of(fs::weakly_canonical(path_of(image))));
+    return listed_images_.contains(text_of(real_path(path_of(image))));
   }
 
   void look_at_slices(const fs::path& folder, const std::vector<std::string>& files,
@@ -346,7 +348,7 @@ class Finder {
   /// Says that a series has images in a directory that came before.
   std::string about_other_folder(const fs::path& path, const VolumeInfo& info) {
     const std::string uid = info.metadata.text_of("dicom_SeriesInstanceUID"),
-                      folder = text_of(path.lexically_relative(root_));
+                      folder = text_of(relative_path(path, root_));
     if (uid.empty()) return "";
     const auto& [known, is_new] = folders_of_series_.emplace(uid, folder);
     if (is_new || known->second == folder) return "";
@@ -388,7 +390,7 @@ class Finder {
         for (const std::string& file : files) used_images_->insert(name_of_path(file));
       if (images_ == nullptr)
         return std::ranges::all_of(files, [&](const std::string& file) { return is_listed(file); });
-      for (const std::string& file : files) images_->insert(text_of(fs::weakly_canonical(path_of(file))));
+      for (const std::string& file : files) images_->insert(text_of(real_path(path_of(file))));
       return false;
     }
     // Slices were recognised; logs and samples beside headers were not.

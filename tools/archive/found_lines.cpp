@@ -120,11 +120,11 @@ void FoundLines::give_broken(const fs::path& path, const OptionTexts& options, c
 std::string FoundLines::output_of(const fs::path& path, const OptionTexts& options) {
   // The images of a DICOMDIR are those of its directory.
   const fs::path place = is_directory_of_dicom(path) ? path.parent_path() : path;
-  std::string name = output_name_of(text_of(place.lexically_relative(root_)), options);
+  std::string name = output_name_of(text_of(relative_path(place, root_)), options);
   if (name.empty()) name = text_of(root_.filename());
   if (taken_.insert(file_of(name)).second) return name;
   // A file may have the name of a series. The suffix depends on this volume alone: names must stay.
-  name += "-" + checksum_of_source(text_of(path.lexically_relative(root_)), options);
+  name += "-" + checksum_of_source(text_of(relative_path(path, root_)), options);
   taken_.insert(file_of(name));
   return name;
 }
@@ -133,9 +133,7 @@ void FoundLines::pass_over(const fs::path& file, const std::string& why) {
   passed_over_[{text_of(file.parent_path()), why}].push_back(text_of(file.filename()));
 }
 
-void FoundLines::belongs(const std::string& file) {
-  of_volumes_.insert(text_of(fs::weakly_canonical(path_of(file))));
-}
+void FoundLines::belongs(const std::string& file) { of_volumes_.insert(text_of(real_path(path_of(file)))); }
 
 void FoundLines::report_passed_over() const {
   constexpr std::size_t most_names = 5;
@@ -151,7 +149,7 @@ void FoundLines::report_passed_over() const {
     use_({.path = "",
           .options = {},
           .output = "",
-          .text = fmt::format("{}: {}: {}", text_of(path_of(where.first).lexically_relative(root_)), listed,
+          .text = fmt::format("{}: {}: {}", text_of(relative_path(path_of(where.first), root_)), listed,
                               where.second),
           .kind = Kind::passed_over,
           .files = count});

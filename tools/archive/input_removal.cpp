@@ -168,7 +168,7 @@ std::vector<std::string> removable_volume(const std::string& input, const Source
   for (const std::string& file : volume->files()) {
     require_removable(file, advice);
     // A header is untrusted input. It must not choose files in other directories for removal, by any path.
-    const auto from_there = path_of(file).lexically_relative(folder);
+    const auto from_there = relative_path(path_of(file), folder);
     if (from_there.empty() || *from_there.begin() == ".." || (from_there.has_parent_path() && !is_series))
       refuse(file, "it may be in a different directory than its header", advice);
     if (is_file)

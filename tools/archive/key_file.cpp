@@ -95,10 +95,7 @@ bool is_sealed(std::string_view line) {
 }
 
 void require_outside(const std::string& option, const std::string& path, const std::string& folder) {
-  namespace fs = std::filesystem;
-  const fs::path inner = fs::weakly_canonical(fs::absolute(path_of(path))),
-                 outer = fs::weakly_canonical(fs::absolute(path_of(folder)));
-  if (is_below(inner, outer))
+  if (is_below(real_path(path_of(path)), real_path(path_of(folder))))
     throw UsageError("{} {}: is inside of {}, which must not have its names; choose a file elsewhere", option,
                      path, folder);
 }

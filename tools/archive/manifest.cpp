@@ -101,9 +101,7 @@ class TakenOutputs {
 
 /// The same file under a name that does not depend on where the program was started. A link stays a link.
 std::string absolute_name(const fs::path& path) {
-  std::error_code error;
-  const fs::path folder = fs::weakly_canonical(fs::absolute(path).parent_path(), error);
-  return error ? text_of(fs::absolute(path)) : text_of(folder / path.filename());
+  return text_of(real_path(absolute_path(path).parent_path()) / path.filename());
 }
 
 ManifestLine parse_line(const std::vector<std::string_view>& columns, const fs::path& folder,
@@ -115,12 +113,12 @@ ManifestLine parse_line(const std::vector<std::string_view>& columns, const fs::
                      shown_address(listed));
   if (is_unknown_address(listed, folder)) throw UsageError(about_unknown_address(listed));
   while (listed.size() > 1 && listed.ends_with('/')) listed.pop_back();
-  const fs::path path = folder / path_of(listed);
+  const fs::path path = path_of(path_in(text_of(folder), listed));
   if (path.filename().empty() || path.filename() == "." || path.filename() == "..")
     throw UsageError("{}: is not the name of a file or a directory", columns[0]);
   line.name = listed;
   line.input = absolute_name(path);
-  line.is_relative = !path_of(listed).is_absolute();
+  line.is_relative = !is_absolute(path_of(listed));
   const bool looks_like_columns = columns.size() == 1 && columns[0].find(' ') < columns[0].rfind('=') &&
                                   columns[0].rfind('=') != columns[0].npos;
   if (looks_like_columns && !status_of_name(line.input))
@@ -156,9 +154,9 @@ ManifestLine parse_line(const std::vector<std::string_view>& columns, const fs::
 
 std::string output_called(const std::string& name) {
   const fs::path path = path_of(name);
-  if (path.is_absolute()) throw UsageError("output={}: must be a path inside the output directory", name);
+  if (is_absolute(path)) throw UsageError("output={}: must be a path inside the output directory", name);
   if (goes_up(path)) throw UsageError("output={}: must not contain ..", name);
-  fs::path output = path.lexically_normal();
+  fs::path output = normal_path(path);
   if (output.filename().empty() || output == ".")
     throw UsageError("output={}: is not the name of a file", name);
   if (output.extension() != path_of(ending)) output += ending;
@@ -193,11 +191,11 @@ bool is_possible_output(const std::string& name) {
 std::string output_mirroring(const std::string& listed, bool is_folder) {
   const fs::path path = path_of(listed);
   // ".." may lead through a link, so the name would not show the folder of the volume.
-  if (path.is_absolute() || goes_up(path))
+  if (is_absolute(path) || goes_up(path))
     throw UsageError(
         "{}: --keep-folders needs a relative path without ..; name its output in a column output=NAME",
         listed);
-  const fs::path normal = path.lexically_normal();
+  const fs::path normal = normal_path(path);
   const fs::path output =
       normal.parent_path() / path_of((text_of(is_folder ? normal.filename() : normal.stem()) + ending));
   refuse_records(listed, output);

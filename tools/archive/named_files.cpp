@@ -293,9 +293,8 @@ void OtherHeaders::add_headers(const std::string& place, const Listing& listing,
   for (const std::string& file : files)
     for (const std::string& path : before) meant.add(path + file, file);
   for (const std::string& link : listing.links) {
-    std::error_code error;
-    const fs::path target = fs::weakly_canonical(path_of(place) / path_of(link), error);
-    if (!error && target.parent_path() == path_of(folder)) meant.add(link, text_of(target.filename()));
+    const fs::path target = real_path(path_of(place) / path_of(link));
+    if (target.parent_path() == path_of(folder)) meant.add(link, text_of(target.filename()));
   }
   for (const std::string& name : listing.headers) {
     const std::string header = path_in(place, name), stem = text_of(path_of(name).stem());
@@ -353,7 +352,7 @@ std::optional<OtherHeaders::Named> OtherHeaders::first_named(const std::vector<s
     if (const auto found = headers.find(name_of_path(file)); found != headers.end())
       for (const std::string& header : found->second)
         if (!own.contains(header) && header != path_in(folder, name_of_path(file)))
-          return Named{file, text_of(path_of(header).lexically_relative(path_of(folder)))};
+          return Named{file, text_of(relative_path(path_of(header), path_of(folder)))};
   }
   return std::nullopt;
 }

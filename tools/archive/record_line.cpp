@@ -59,21 +59,19 @@ std::optional<KnownOutput> known_output(const ordered_json& record, const std::s
 }  // namespace
 
 std::string canonical_folder(const std::string& folder) {
-  std::error_code error;
-  const fs::path canonical = fs::weakly_canonical(fs::absolute(path_of(folder)), error);
-  const std::string path = error ? text_of(fs::absolute(path_of(folder))) : text_of(canonical);
+  const std::string path = text_of(real_path(path_of(folder)));
   return path.size() > 1 && path.ends_with('/') ? path.substr(0, path.size() - 1) : path;
 }
 
 std::string name_in_records(const std::string& path, const std::string& base) {
   if (base.empty()) return path;
-  const std::string name = text_of(path_of(path).lexically_relative(path_of(base)));
+  const std::string name = text_of(relative_path(path_of(path), path_of(base)));
   return name.empty() ? path : name;
 }
 
 std::string path_in_records(const std::string& name, const std::string& base) {
-  if (name.empty() || path_of(name).is_absolute() || name.starts_with(keyed_mark)) return name;
-  std::string path = text_of((path_of(base) / path_of(name)).lexically_normal());
+  if (name.empty() || is_absolute(path_of(name)) || name.starts_with(keyed_mark)) return name;
+  std::string path = text_of(normal_path(path_of(base) / path_of(name)));
   if (path.size() > 1 && path.ends_with('/')) path.pop_back();  // "." and ".." are directories
   return path;
 }

@@ -78,7 +78,7 @@ std::string base_of_records(const std::string& folder, const ManifestLine& line)
   if (!line.is_relative) return "";
   std::string base = canonical_folder(folder);
   const auto steps = [](const fs::path& path) { return std::distance(path.begin(), path.end()) - 1; };
-  const fs::path name = path_of(line.input).lexically_relative(path_of(base));
+  const fs::path name = relative_path(path_of(line.input), path_of(base));
   return name.empty() || std::ranges::count(name, "..") >= steps(path_of(base)) ? "" : base;
 }
 

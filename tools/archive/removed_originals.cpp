@@ -49,7 +49,7 @@ std::vector<std::string> tag_files_in(const std::string& folder) {
   for (fs::recursive_directory_iterator entry(path_of(folder), error), end; !error && entry != end;
        entry.increment(error))
     if (entry->path().extension() == ".tag" && entry->is_regular_file(error))
-      names.push_back(text_of(entry->path().lexically_relative(path_of(folder))));
+      names.push_back(text_of(relative_path(entry->path(), path_of(folder))));
   if (error) throw world_error("cannot read", folder, error.value());
   std::ranges::sort(names);
   return names;

@@ -25,7 +25,7 @@ struct Renaming {
     const std::string beginning = from == "/" ? from : from + "/";
     if (path != from && !path.starts_with(beginning)) return false;
     const std::string moved = path == from ? to : path_in(to, path.substr(beginning.size()));
-    text = text_of_name(path_of(name).is_absolute() ? moved : name_in_records(moved, folder));
+    text = text_of_name(is_absolute(path_of(name)) ? moved : name_in_records(moved, folder));
     return true;
   }
 };

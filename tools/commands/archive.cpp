@@ -165,12 +165,10 @@ struct MoveCommand : ArchiveCommand {
   std::string from, to;
 
   void execute() const {
-    const std::string old = absolute(from, "--from"),
-                      now = text_of(fs::weakly_canonical(path_of(absolute(to, "--to"))));
+    const std::string old = absolute(from, "--from"), now = text_of(real_path(path_of(absolute(to, "--to"))));
     Moved moved = move_originals(folder, old, now, keys);
     // Records have paths without links.
-    if (moved.changed == 0)
-      moved = move_originals(folder, text_of(fs::weakly_canonical(path_of(old))), now, keys);
+    if (moved.changed == 0) moved = move_originals(folder, text_of(real_path(path_of(old))), now, keys);
     for (const std::string& place : moved.unknown)
       say("tagrid: {} is not a record, and stays as it is", place);
     if (moved.changed == 0)
@@ -182,7 +180,7 @@ struct MoveCommand : ArchiveCommand {
 
   static std::string absolute(const std::string& path, const char* option) {
     if (path.empty()) throw UsageError("give {} DIR", option);
-    std::string text = text_of(fs::absolute(path_of(path)).lexically_normal());
+    std::string text = text_of(normal_path(absolute_path(path_of(path))));
     while (text.size() > 1 && text.ends_with('/')) text.pop_back();
     return text;
   }

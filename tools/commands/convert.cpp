@@ -289,17 +289,14 @@ struct ConvertCommand {
   // The report of the run must not replace records or outputs, even with -f.
   void keep_report_apart(const std::vector<ManifestLine>& lines) const {
     if (options.run.json.empty()) return;
-    const auto canonical = [](const fs::path& path) {
-      return text_of(fs::weakly_canonical(fs::absolute(path)));
-    };
     const fs::path report = path_of(options.run.json), folder = path_of(options.output_dir);
     const std::string name = text_of(report.filename());
     if (name.starts_with("results") && name.ends_with(".jsonl") &&
-        canonical(folder / path_of(name)) == canonical(report))
+        real_path(folder / path_of(name)) == real_path(report))
       throw UsageError("--json " + options.run.json +
                        ": is the name of a file of records; choose another name");
     for (const ManifestLine& line : lines)
-      if (canonical(folder / path_of(line.output)) == canonical(report))
+      if (real_path(folder / path_of(line.output)) == real_path(report))
         throw UsageError("--json " + options.run.json + ": is an output of the list; choose another name");
   }
 

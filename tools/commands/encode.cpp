@@ -166,9 +166,7 @@ struct EncodeCommand {
   // The run makes, checks and removes the directory of its parts. A report in its place would stop the run.
   void keep_report_apart(const std::string& parts) const {
     if (run.json.empty() || run.json == "-") return;
-    const auto canonical = [](const fs::path& path) { return fs::weakly_canonical(fs::absolute(path)); };
-    const fs::path folder = canonical(path_of(parts)), report = canonical(path_of(run.json));
-    if (std::ranges::mismatch(folder, report).in1 == folder.end())
+    if (is_below(real_path(path_of(run.json)), real_path(path_of(parts))))
       throw UsageError("--json {}: {} is the directory for the parts of the run; choose a file outside it",
                        run.json, parts);
   }

@@ -27,6 +27,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// What a directory is called below `all`, which holds those of all originals. On Windows, nothing holds directories of
+/// several drives and shares, and each has the name of its own: C/scans, server/share/scans.
+fs::path place_below(const fs::path& all, const fs::path& folder) {
+  if (fs::path place = relative_path(folder, all); !place.empty()) return place;
+  std::string place = text_of(folder);
+  std::erase(place, ':');
+  return path_of(place.substr(std::min(place.find_first_not_of('/'), place.size())));
+}
+
 struct RestoreCommand {
   std::string input, records, keys;
   OutputOptions output;
@@ -80,8 +89,7 @@ struct RestoreCommand {
         one.output.path = original.folder;
       else
         one.output.path =
-            text_of((path_of(output.path) / path_of(original.folder).lexically_relative(path_of(all)))
-                        .lexically_normal());
+            text_of(normal_path(path_of(output.path) / place_below(path_of(all), path_of(original.folder))));
       one.records.clear();
       one.keys.clear();
       try {

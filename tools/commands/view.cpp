@@ -77,7 +77,7 @@ struct ViewCommand {
     const fs::path folder = viewer_folder();
     for (const auto& entry : fs::recursive_directory_iterator(folder)) {
       if (!entry.is_regular_file()) continue;
-      const std::string name = text_of(entry.path().lexically_relative(folder));
+      const std::string name = text_of(relative_path(entry.path(), folder));
       site.items[root + name] = {std::make_shared<FileSource>(text_of(entry.path())),
                                  std::string(media_type(name))};
     }

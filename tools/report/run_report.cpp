@@ -22,14 +22,7 @@ constexpr std::string_view beginning_of_report = "{\n  \"command\": ";
 
 /// True if two names belong to one file, which need not exist yet.
 bool same_name(const std::string& a, const std::string& b) {
-  // A relative name of which nothing exists would stay as it is: "x" is "./x".
-  const auto canonical = [](const std::string& name) {
-    std::error_code error;
-    auto path = std::filesystem::weakly_canonical(std::filesystem::absolute(path_of(name)), error);
-    if (error) throw world_error("cannot look up", name, error.value());
-    return path;
-  };
-  return canonical(a) == canonical(b);
+  return real_path(path_of(a)) == real_path(path_of(b));
 }
 
 }  // namespace

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <string>
+#include <utility>
 
 namespace tagrid {
 namespace {
@@ -72,6 +74,34 @@ TEST(Paths, TextsAndPathsAreEachOther) {
     EXPECT_EQ(text_of(path_of(text)), text);
     EXPECT_EQ(path_of(text).native(), text);
   }
+}
+
+TEST(Paths, AreAbsoluteNormalAndRelativeByNamesAlone) {
+  const std::string here = text_of(std::filesystem::current_path());
+  for (const auto& [text, absolute] : {std::pair<std::string, std::string>{"", ""},
+                                       {"a", here + "/a"},
+                                       {"./a/../b", here + "/./a/../b"},
+                                       {"/a/..", "/a/.."},
+                                       {"//a/b", "//a/b"}})
+    EXPECT_EQ(text_of(absolute_path(path_of(text))), absolute) << text;
+  // Two slashes are one, but on Windows.
+  for (const auto& [text, normal] : {std::pair<std::string, std::string>{"", ""},
+                                     {"a/./b/../c", "a/c"},
+                                     {"/../a/", "/a/"},
+                                     {"//a/b/../../c", "/c"},
+                                     {"a/..", "."}})
+    EXPECT_EQ(text_of(normal_path(path_of(text))), normal) << text;
+  for (const auto& [text, relative] : {std::pair<std::string, std::string>{"/a/b", "."},
+                                       {"/a/b/c/d", "c/d"},
+                                       {"/a/c", "../c"},
+                                       {"//a/b/c", "c"},
+                                       {"b", ""}})
+    EXPECT_EQ(text_of(relative_path(path_of(text), path_of("/a/b"))), relative) << text;
+  EXPECT_TRUE(is_absolute(path_of("/a")) && is_absolute(path_of("//a/b")));
+  EXPECT_FALSE(is_absolute(path_of("a")) || is_absolute(path_of("")));
+  EXPECT_EQ(path_in("a", "b"), "a/b");
+  EXPECT_EQ(path_in("a", "/b"), "/b");
+  EXPECT_EQ(path_in("", "b"), "b");
 }
 
 }  // namespace

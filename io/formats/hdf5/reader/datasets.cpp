@@ -32,12 +32,10 @@ std::string file_of(hid_t dataset) {
 }
 
 bool is_in_folder_of(const std::string& path, hid_t dataset) {
-  namespace fs = std::filesystem;
   const std::string other = file_of(dataset);
   if (other.empty() || other == path) return true;
-  std::error_code unknown;
-  const auto folder = [&](const std::string& file) {
-    return fs::weakly_canonical(fs::absolute(path_of(file)).parent_path(), unknown);
+  const auto folder = [](const std::string& file) {
+    return real_path(absolute_path(path_of(file)).parent_path());
   };
   return folder(other) == folder(path);
 }

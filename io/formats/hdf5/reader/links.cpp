@@ -13,6 +13,7 @@
 
 #include "io/formats/hdf5/handle.h"
 #include "io/programs/serve.h"
+#include "io/samples/data_files.h"
 #include "io/text/paths.h"
 #include "io/text/text.h"
 
@@ -51,8 +52,9 @@ std::string why_not_read(hid_t file, const std::string& named) {
     return "is named like a file on a server, so it is not read; give that file itself";
   std::string own(static_cast<std::size_t>(std::max<ssize_t>(H5Fget_name(file, nullptr, 0), 0)), '\0');
   H5Fget_name(file, own.data(), own.size() + 1);
+  const fs::path folder = absolute_path(path_of(own)).parent_path(),
+                 target = path_of(path_in(text_of(folder), named));
   std::error_code unknown;
-  const fs::path folder = fs::absolute(path_of(own), unknown).parent_path(), target = folder / path_of(named);
   if (!fs::is_regular_file(target, unknown)) return "";
   if (!fs::equivalent(target.parent_path(), folder, unknown))
     return "is in another directory, so it is not read; give that file itself";
@@ -138,11 +140,6 @@ hid_t followed_links() {
 }
 
 }  // namespace
-
-bool is_on_server(std::string_view file) {
-  const auto is_slash = [](char c) { return c == '/' || c == '\\'; };
-  return file.size() > 1 && is_slash(file[0]) && (is_slash(file[1]) || file[1] == '?');
-}
 
 std::vector<std::string> files_of_virtual(hid_t properties) {
   std::size_t count = 0;

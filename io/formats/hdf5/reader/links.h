@@ -12,10 +12,6 @@
 
 namespace tagrid {
 
-/// True for a name such as `\\host\share\file` or `\??\UNC\…`: Windows gives the user's name and a hash of the
-/// password to such a server. On every system, so that a file means the same on all of them.
-bool is_on_server(std::string_view file);
-
 /// True if there is a link, or an object, at this path below a group or in a file; and the object, or nothing. Links in
 /// a path are followed to other files, but to none on a server, so no other calls open what a path names.
 bool has_link(hid_t where, const std::string& path);

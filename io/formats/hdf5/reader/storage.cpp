@@ -14,6 +14,7 @@
 #include "io/formats/hdf5/reader/datasets.h"
 #include "io/metadata/loss.h"
 #include "io/programs/words.h"
+#include "io/samples/data_files.h"
 #include "io/text/paths.h"
 #include "io/text/text.h"
 
