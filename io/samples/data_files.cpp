@@ -65,7 +65,7 @@ void require_inside(const std::string& header_path, const std::vector<std::strin
   for (const std::string& path : data_paths) {
     const auto file = without_links(path_of(path));
     // open_data_file() refuses what is not a regular file.
-    if (!file || !is_regular_input(file->string()) ||
+    if (!file || !is_regular_input(text_of(*file)) ||
         std::ranges::any_of(folders, [&](const auto& folder) { return is_below(*file, folder); }))
       continue;
     if (count++ == 0) first = place_in_words(path, *file, folders);

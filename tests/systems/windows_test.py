@@ -72,6 +72,8 @@ def tiff(width, height, samples):
 
 
 # Opens a file as old programs do: nobody else may rename, replace or remove it for so many milliseconds.
+HEADER = ("NRRD0004\ntype: uint16\ndimension: 3\nsizes: 11 10 9\nencoding: raw\nendian: little\nspacings: 1 1 1\n"
+          "data file: {}\n")
 PATHS = r"""
 #include <cstdio>
 
@@ -80,8 +82,8 @@ PATHS = r"""
 using namespace tagrid;
 
 int main() {
-  for (const char* text : {R"(\\nas\ct\a\b)", R"(\\nas\ct\..\..\a\.\c\..)", "//nas/ct", "//nas/other/a", "//nas", "C:/a/../b",
-                           "a/b", "/nas/ct/a"}) {
+  for (const char* text : {R"(\\nas\ct\a\b)", R"(\\nas\ct\..\..\a\.\c\..)", "//nas/ct", "//nas/other/a", "//nas",
+                           "C:/a/../b", "a/b", "/nas/ct/a"}) {
     const auto path = path_of(text), whole = normal_path(absolute_path(path));
     const auto below = text_of(relative_path(whole, path_of("//nas/ct/a")));
     std::printf("%s: %d %s %s\n", text_of(path).c_str(), is_absolute(path), text_of(whole).c_str(),
@@ -199,6 +201,13 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
         self.assertEqual(self.both("encode", f"{name}.nrrd", "-q", "-o", f"{deep}/{name}.tag").returncode, 0)
         self.assertEqual(self.both("restore", f"{deep}/{name}.tag", "-q", "-o", f"{name}").returncode, 0)
         self.assertEqual(self.files("there"), self.files("here"))
+        # Wine tells no real path of more than 260 letters.
+        for folder in ("here", "there"):
+            (self.folder / folder / f"{name}.nhdr").write_text(HEADER.format(f"{name}.raw"))
+            (self.folder / folder / f"{name}.raw").write_bytes(bytes(range(220)) * 9)
+        self.assertEqual(self.both("encode", f"{name}.nhdr", "--rm", "-q", "-o", "removed.tag").returncode, 0)
+        self.assertEqual(self.files("there"), self.files("here"))
+        self.assertEqual(list((self.folder / "there").rglob("*.raw")), [])
         self.assertIn(f"{name}/{name}.nrrd", self.files("there"))
 
     def test_names_that_windows_takes_for_something_else_are_refused(self):
@@ -270,12 +279,10 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
             self.assertEqual(done.returncode, 0, (command, done.stderr))
             return done.stdout.decode()
 
-        header = ("NRRD0004\ntype: uint16\ndimension: 3\nsizes: 11 10 9\nencoding: raw\nendian: little\n"
-                  "spacings: 1 1 1\ndata file: {}\n")
         samples = numpy.random.default_rng(1).integers(0, 1000, (2, 9, 10, 11), "u2")
         for name, values in zip("pq", samples):
             for folder, values_there in ((place, values), (self.folder / "there", 0 * values)):
-                (folder / f"{name}.nhdr").write_text(header.format(f"{name}.raw"))
+                (folder / f"{name}.nhdr").write_text(HEADER.format(f"{name}.raw"))
                 values_there.tofile(folder / f"{name}.raw")
         originals = {name: (place / name).read_bytes() for name in ("p.nhdr", "p.raw", "q.nhdr", "q.raw")}
         before = self.files("there")
@@ -299,7 +306,7 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
         there("convert", *archive, "--skip-done")
         self.assertEqual(self.files("there"), before)
         # Only the command chooses a server, and no device.
-        (place / "other.nhdr").write_text(header.format(f"{unc}\\p.raw"))
+        (place / "other.nhdr").write_text(HEADER.format(f"{unc}\\p.raw"))
         done = self.there("encode", f"{unc}\\other.nhdr", "-o", "other.tag")
         self.assertEqual(done.returncode, 65, done.stderr)
         self.assertIn(b"on a server; copy the file to the directory of the header", done.stderr)

@@ -35,7 +35,7 @@ bool goes_up(const fs::path& path) {
 
 /// Such a directory would be mistaken for records, or would block their names.
 void refuse_records(const std::string& given, const fs::path& output) {
-  const std::string first = output.begin()->string();
+  const std::string first = text_of(*output.begin());
   const bool is_of_lines = first.starts_with("results") || first.starts_with("events");
   if ((is_of_lines && first.ends_with(".jsonl")) || first.starts_with("archive.sqlite"))
     throw UsageError("{}: {} is a name for a file of records; choose another name for the directory", given,

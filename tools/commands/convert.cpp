@@ -289,14 +289,14 @@ struct ConvertCommand {
   // The report of the run must not replace records or outputs, even with -f.
   void keep_report_apart(const std::vector<ManifestLine>& lines) const {
     if (options.run.json.empty()) return;
-    const fs::path report = path_of(options.run.json), folder = path_of(options.output_dir);
-    const std::string name = text_of(report.filename());
+    const fs::path report = real_path(path_of(options.run.json)), folder = path_of(options.output_dir);
+    const std::string name = name_of_path(options.run.json);
     if (name.starts_with("results") && name.ends_with(".jsonl") &&
-        real_path(folder / path_of(name)) == real_path(report))
+        real_path(folder / path_of(name)) == report)
       throw UsageError("--json " + options.run.json +
                        ": is the name of a file of records; choose another name");
     for (const ManifestLine& line : lines)
-      if (real_path(folder / path_of(line.output)) == real_path(report))
+      if (real_path(folder / path_of(line.output)) == report)
         throw UsageError("--json " + options.run.json + ": is an output of the list; choose another name");
   }
 
