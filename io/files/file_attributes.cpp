@@ -59,9 +59,18 @@ std::filesystem::path real_path(const std::filesystem::path& path) {
   for (std::filesystem::path known = whole; known.has_relative_path(); known = known.parent_path()) {
     if (std::string found; files().resolve(text_of(known), found))
       return rest.empty() ? path_of(found) : normal_path(path_of(found) / rest);
+    if (errno != ENOENT && errno != ENOTDIR) throw world_error("cannot look at", text_of(known), errno);
     rest = rest.empty() ? known.filename() : known.filename() / rest;
   }
   return normal_path(whole);
+}
+
+std::filesystem::path real_path_if_known(const std::filesystem::path& path) {
+  try {
+    return real_path(path);
+  } catch (const WorldError&) {
+    return absolute_path(path);
+  }
 }
 
 bool is_below(const std::filesystem::path& path, const std::filesystem::path& folder) {

@@ -37,8 +37,10 @@ bool is_folder(const std::string& path);
 
 /// The path without links; nothing if there is no file. Throws WorldError.
 std::optional<std::filesystem::path> without_links(const std::filesystem::path& path);
-/// The absolute path without links, as far as it exists and may be looked at; what follows has no "..".
+/// The absolute path without links, as far as it exists; what follows has no "..". Throws WorldError if nobody can look.
 std::filesystem::path real_path(const std::filesystem::path& path);
+/// The same, or the absolute path as it is given if nobody can look.
+std::filesystem::path real_path_if_known(const std::filesystem::path& path);
 /// True if the path begins with that of the folder. Compares names alone; see without_links().
 bool is_below(const std::filesystem::path& path, const std::filesystem::path& folder);
 

@@ -6,6 +6,7 @@
 
 #include "io/errors/errors.h"
 #include "io/files/temporaries.h"
+#include "io/text/paths.h"
 
 namespace tagrid {
 namespace {
@@ -26,8 +27,6 @@ std::string without_slashes(std::string path) {
   while (path.size() > 1 && path.ends_with('/')) path.pop_back();
   return path;
 }
-
-std::string last_name(const std::string& path) { return path.substr(path.rfind('/') + 1); }
 
 /// The folder in which the hidden directory is made, which must be there.
 std::string existing_folder_of(const std::string& path) {
@@ -121,7 +120,7 @@ OutputFolder::OutputFolder(const std::string& path, bool overwrite, std::optiona
       overwrite_(overwrite),
       like_(std::move(like)),
       may_replace_(may_replace),
-      staging_((require_target(), existing_folder_of(path_)), last_name(path_)) {}
+      staging_((require_target(), existing_folder_of(path_)), name_of_path(path_)) {}
 
 OutputFolder::~OutputFolder() {
   take_back();

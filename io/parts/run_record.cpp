@@ -89,7 +89,7 @@ FileIdentity identity_of(const std::string& path) {
   if (!status->is_file()) throw UsageError(path + ": is not a file that can be read again");
   FileIdentity id;
   // The same file has the same path here, whatever its name in the command and the current folder.
-  id.path = text_of(real_path(path_of(path)));
+  id.path = text_of(real_path_if_known(path_of(path)));
   id.size = status->size;
   id.inode = status->number;
   id.modified = status->modified.seconds;

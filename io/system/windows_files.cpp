@@ -369,7 +369,9 @@ class SystemFiles final : public FileSystem {
     if (name.empty()) return false;
     WIN32_FIND_DATAW found;
     const HANDLE search = FindFirstFileW((name + (name.ends_with(L'\\') ? L"*" : L"\\*")).c_str(), &found);
-    if (search == INVALID_HANDLE_VALUE) return fail();
+    // The root of an empty drive has no "." either.
+    if (search == INVALID_HANDLE_VALUE)
+      return (GetLastError() == ERROR_FILE_NOT_FOUND && is_folder_at(name)) || fail();
     do {
       const std::string entry = windows::text(found.cFileName);
       if (entry != "." && entry != "..")

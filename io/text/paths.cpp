@@ -43,13 +43,17 @@ std::string_view share_of(std::string_view path) {
 }  // namespace
 
 std::filesystem::path path_of(std::string_view text) {
-  const auto has = [&](std::size_t at, std::string_view any) {
-    return at < text.size() && any.find(text[at]) != any.npos;
-  };
-  if (is_windows && has(0, "/\\") && has(1, "/\\") && (text.size() == 2 || has(2, "/\\?.")))
-    throw UsageError("{}: is not a path of a file; give it as C:\\file or \\\\server\\share\\file",
-                     printable(text));
-  return std::u8string(text.begin(), text.end());
+  const auto is_slash = [](char c) { return c == '/' || c == '\\'; };
+  std::string path(text);
+  if (is_windows && path.size() > 1 && is_slash(path[0]) && is_slash(path[1])) {
+    if (path.size() == 2 || is_slash(path[2]) || path[2] == '?' || path[2] == '.')
+      throw UsageError("{}: is not a path of a file; give it as C:\\file or \\\\server\\share\\file",
+                       printable(text));
+    // Windows takes further slashes for one.
+    const auto are_slashes = [&](char a, char b) { return is_slash(a) && is_slash(b); };
+    path.erase(std::unique(path.begin() + 1, path.end(), are_slashes), path.end());
+  }
+  return std::u8string(path.begin(), path.end());
 }
 
 std::string text_of(const std::filesystem::path& path) {
@@ -66,9 +70,10 @@ bool is_absolute(const std::filesystem::path& path) {
 
 std::filesystem::path absolute_path(const std::filesystem::path& path) {
   if (path.empty() || is_absolute(path)) return path;
-  std::error_code unknown;
-  const std::filesystem::path absolute = std::filesystem::absolute(path, unknown);
-  return unknown ? path : absolute;
+  std::error_code gone;
+  const std::filesystem::path absolute = std::filesystem::absolute(path, gone);
+  if (gone) throw world_error("cannot find the current directory for", text_of(path), gone.value());
+  return absolute;
 }
 
 std::filesystem::path normal_path(const std::filesystem::path& path) {

@@ -18,7 +18,7 @@ std::string text_of(const std::filesystem::path& path);
 // std::filesystem has the next four, but on Windows, that of MinGW takes \\server\share, which is as absolute as a
 // drive, for \server\share of the current drive.
 bool is_absolute(const std::filesystem::path& path);
-/// The path from a root on; the path itself if it is empty, or if the current directory is unknown.
+/// The path from a root on; "" stays so. Throws WorldError if the current directory is gone.
 std::filesystem::path absolute_path(const std::filesystem::path& path);
 /// Without "." and "..", by names alone: links are not followed.
 std::filesystem::path normal_path(const std::filesystem::path& path);

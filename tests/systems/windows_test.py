@@ -301,6 +301,19 @@ class WindowsProgram(OtherProgram, unittest.TestCase):
         self.assertEqual(there("archive", "list", f"{unc}\\tags", "--json").count('"original":"removed"'), 2)
         there("restore", "--records", f"{unc}\\tags", "-q")
         there("restore", "--records", f"{unc}\\tags", "-o", f"{unc}\\all", "-q")
+        # As Windows, which tells the path of the share, writes records.
+        for name in originals:
+            (place / name).unlink()
+        records = place / "tags/results.jsonl"
+        text = records.read_text()
+        self.assertIn(f"Z:{place}/p.raw", text)
+        records.write_text(text.replace(f"Z:{self.folder}/share/", f"//{server}/{share}/"))
+        there("restore", "--records", f"{unc}\\tags", "-f", "-q")
+        self.assertEqual(self.files("there"), before)
+        there("restore", "--records", f"{unc}\\tags", "-f", "-o", "elsewhere", "-q")
+        self.assertEqual({name: (self.folder / "there/elsewhere" / name).read_bytes() for name in originals}, originals)
+        shutil.rmtree(self.folder / "there/elsewhere")
+        records.write_text(text)
         for folder in (place, place / "all"):
             self.assertEqual({name: (folder / name).read_bytes() for name in originals}, originals)
         there("convert", *archive, "--skip-done")

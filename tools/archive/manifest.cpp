@@ -101,7 +101,7 @@ class TakenOutputs {
 
 /// The same file under a name that does not depend on where the program was started. A link stays a link.
 std::string absolute_name(const fs::path& path) {
-  return text_of(real_path(absolute_path(path).parent_path()) / path.filename());
+  return text_of(real_path_if_known(absolute_path(path).parent_path()) / path.filename());
 }
 
 ManifestLine parse_line(const std::vector<std::string_view>& columns, const fs::path& folder,

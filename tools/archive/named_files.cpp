@@ -293,7 +293,7 @@ void OtherHeaders::add_headers(const std::string& place, const Listing& listing,
   for (const std::string& file : files)
     for (const std::string& path : before) meant.add(path + file, file);
   for (const std::string& link : listing.links) {
-    const fs::path target = real_path(path_of(place) / path_of(link));
+    const fs::path target = real_path_if_known(path_of(place) / path_of(link));
     if (target.parent_path() == path_of(folder)) meant.add(link, text_of(target.filename()));
   }
   for (const std::string& name : listing.headers) {

@@ -59,7 +59,7 @@ std::optional<KnownOutput> known_output(const ordered_json& record, const std::s
 }  // namespace
 
 std::string canonical_folder(const std::string& folder) {
-  const std::string path = text_of(real_path(path_of(folder)));
+  const std::string path = text_of(real_path_if_known(path_of(folder)));
   return path.size() > 1 && path.ends_with('/') ? path.substr(0, path.size() - 1) : path;
 }
 

@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 using archive::Action;
 using nlohmann::ordered_json;
 
-std::string canonical_name(const std::string& path) { return text_of(real_path(path_of(path))); }
+std::string canonical_name(const std::string& path) { return text_of(real_path_if_known(path_of(path))); }
 
 /// Adds all files below a directory that can be seen.
 void add_files_below(const std::string& folder, std::vector<std::string>& all) {

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <utility>
 
 #include "io/errors/errors.h"
+#include "io/files/file_attributes.h"
 #include "io/system/files.h"
 #include "io/text/paths.h"
 #include "tools/archive/manifest.h"
@@ -17,12 +19,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The deepest directory that holds both, or is one of them.
-fs::path common_folder(const fs::path& one, const fs::path& other) {
-  fs::path both;
-  const auto end = std::ranges::mismatch(one, other).in1;
-  for (auto step = one.begin(); step != end; ++step) both /= *step;
-  return both;
+/// The deepest directory that holds both, or is one of them; empty if they have different roots.
+fs::path common_folder(fs::path one, const fs::path& other) {
+  if (relative_path(other, one).empty()) return {};
+  while (!is_below(other, one)) one = one.parent_path();
+  return one;
 }
 
 fs::path common_folder(const std::vector<InputFile>& files) {
@@ -74,12 +75,13 @@ std::vector<std::string> what_is_unknown(const std::string& output_dir, const Kn
 }  // namespace
 
 std::string folder_of_all(const std::vector<RemovedOriginal>& originals) {
-  fs::path folder;
+  std::optional<fs::path> all;
   for (const RemovedOriginal& original : originals) {
     if (original.folder.empty()) continue;
-    folder = folder.empty() ? path_of(original.folder) : common_folder(folder, path_of(original.folder));
+    const fs::path folder = path_of(original.folder);
+    all = all ? common_folder(*all, folder) : folder;
   }
-  return text_of(folder);
+  return text_of(all.value_or(""));
 }
 
 RemovedOriginals removed_originals(const std::string& output_dir, KeyFile* keys) {

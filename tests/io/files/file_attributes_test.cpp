@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 
+#include "io/errors/errors.h"
 #include "io/text/paths.h"
 #include "tests/support/temporary_folder.h"
 
@@ -44,9 +45,21 @@ TEST_F(RealPaths, AreThoseOfTheStandardLibrary) {
   fs::current_path(before);
 }
 
-TEST_F(RealPaths, HaveTheirNamesFromWhereNobodyCanLook) {
-  EXPECT_EQ(real_path(folder_ / "loop"), folder_ / "loop");
-  EXPECT_EQ(real_path(folder_ / "link/../../loop/x"), folder_ / "loop/x");
+// A name after which ".." follows may be a link, so nothing is said by names alone.
+TEST_F(RealPaths, AreUnknownWhereNobodyCanLook) {
+  for (const char* name : {"loop", "link/../../loop/../a"}) {
+    EXPECT_THROW(real_path(folder_ / name), WorldError) << name;
+    EXPECT_EQ(real_path_if_known(folder_ / name), folder_ / name);
+  }
+  EXPECT_EQ(real_path_if_known(folder_ / "link/new"), folder_ / "a/b/new");
+  const fs::path before = fs::current_path();
+  fs::create_directory(folder_ / "gone");
+  fs::current_path(folder_ / "gone");
+  fs::remove(folder_ / "gone");
+  EXPECT_THROW(absolute_path("a"), WorldError);
+  EXPECT_THROW(real_path("../a"), WorldError);
+  EXPECT_THROW(real_path_if_known("../a"), WorldError);
+  fs::current_path(before);
 }
 
 }  // namespace

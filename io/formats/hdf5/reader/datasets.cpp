@@ -35,7 +35,7 @@ bool is_in_folder_of(const std::string& path, hid_t dataset) {
   const std::string other = file_of(dataset);
   if (other.empty() || other == path) return true;
   const auto folder = [](const std::string& file) {
-    return real_path(absolute_path(path_of(file)).parent_path());
+    return real_path_if_known(absolute_path(path_of(file)).parent_path());
   };
   return folder(other) == folder(path);
 }
