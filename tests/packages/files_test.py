@@ -109,6 +109,13 @@ class Recipes(unittest.TestCase):
                 self.assertTrue(os.access(ROOT / script, os.X_OK), script)
         self.assertIn(".ci/run", runs["ci"])
 
+    def test_the_long_workflow_runs_every_fuzzer(self):
+        flow = yaml(self).safe_load((ROOT / ".github/workflows/long.yml").read_text())
+        of_script = re.search(r"\|\| targets=\((.*)\)", (ROOT / "tools/fuzz.sh").read_text())[1].split()
+        of_header = re.findall(r"void (\w+)\(Bytes bytes\);", (ROOT / "tests/fuzz/targets.h").read_text())
+        self.assertEqual(flow["jobs"]["fuzz"]["strategy"]["matrix"]["target"], of_script)
+        self.assertEqual(sorted(of_script), sorted(of_header))
+
     def test_the_citation_has_the_fields_of_its_schema(self):
         citation = yaml(self).safe_load((ROOT / "CITATION.cff").read_text())
         self.assertLessEqual({"cff-version", "message", "title", "authors"}, set(citation))
