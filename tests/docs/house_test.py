@@ -17,7 +17,7 @@ MOST = {
     "files that name nrrd_fields": 1,
     "C++ files of the product": 874,
     "C++ files longer than 600 lines": 0,
-    "lines of the product in C++": 112001,
+    "lines of the product in C++": 112006,
 }
 
 

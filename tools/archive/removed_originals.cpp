@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <optional>
 #include <utility>
@@ -43,24 +44,28 @@ std::string impossible_name(const std::string& output, const KnownOutput& known)
   return "";
 }
 
-/// The names of all .tag files in a directory and in the directories below it, sorted.
-std::vector<std::string> tag_files_in(const std::string& folder) {
-  std::vector<std::string> names;
-  std::error_code error;
-  for (fs::recursive_directory_iterator entry(path_of(folder), error), end; !error && entry != end;
-       entry.increment(error))
-    if (entry->path().extension() == ".tag" && entry->is_regular_file(error))
-      names.push_back(text_of(relative_path(entry->path(), path_of(folder))));
-  if (error) throw world_error("cannot read", folder, error.value());
-  std::ranges::sort(names);
-  return names;
+/// Adds the names of all .tag files in `below`, a directory in `root` or "" for itself, and in the directories below.
+void add_tag_files(const std::string& root, const std::string& below, std::vector<std::string>& names) {
+  const std::string folder = below.empty() ? root : path_in(root, below);
+  std::vector<FolderEntry> entries;
+  if (!files().list(folder, entries)) throw world_error("cannot read", folder, errno);
+  for (const FolderEntry& entry : entries) {
+    const std::string name = path_in(below, entry.name);
+    if (entry.type == FileType::folder)
+      add_tag_files(root, name, names);
+    else if (entry.name.ends_with(".tag") && is_file(folder, entry))
+      names.push_back(name);
+  }
 }
 
 /// An unreadable record may be the only one that says that an original was removed.
 std::vector<std::string> what_is_unknown(const std::string& output_dir, const KnownOutputs& known) {
   std::vector<std::string> sentences = known.unreadable();
   if (sentences.empty()) return sentences;
-  for (const std::string& name : tag_files_in(output_dir)) {
+  std::vector<std::string> names;
+  add_tag_files(output_dir, "", names);
+  std::ranges::sort(names);
+  for (const std::string& name : names) {
     const KnownOutput* one = known.find(name);
     if (one != nullptr && (one->state == archive::Record::removed || status_of_name(one->input))) continue;
     const std::string output = path_in(output_dir, name);
